@@ -1,0 +1,55 @@
+# Every library from outside, found on the system: nothing is downloaded at configure. Grouped by
+# the option that needs it, so that the host SDK alone asks for protobuf and gRPC only.
+
+# lightwell_find(<package> <Debian package> [arguments of find_package...])
+# A macro, because the variables that find_package sets are wanted by the caller.
+macro(lightwell_find package debian)
+  # Debian's package files chatter about optional parts, whether asked QUIETly or not.
+  set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)
+  find_package(${package} ${ARGN} QUIET)
+  unset(CMAKE_MESSAGE_LOG_LEVEL)
+  if(NOT ${package}_FOUND)
+    lightwell_missing(${package} ${debian})
+  endif()
+endmacro()
+
+function(lightwell_missing what debian)
+  message(FATAL_ERROR "${what} was not found: it is in Debian's package ${debian}. "
+                      "Run cmake/setup, which installs all that cmake/packages.txt lists.")
+endfunction()
+
+# The contract and both ends of the network link
+find_package(Threads REQUIRED)
+lightwell_find(Protobuf libprotobuf-dev 3.21 MODULE)
+if(NOT TARGET protobuf::protoc)
+  lightwell_missing(protoc protobuf-compiler)
+endif()
+lightwell_find(PkgConfig pkg-config)  # gRPC's package file asks it for re2
+lightwell_find(gRPC libgrpc++-dev CONFIG)
+find_program(LIGHTWELL_GRPC_CPP_PLUGIN grpc_cpp_plugin)
+if(NOT LIGHTWELL_GRPC_CPP_PLUGIN)
+  lightwell_missing(grpc_cpp_plugin protobuf-compiler-grpc)
+endif()
+
+if(LIGHTWELL_BUILD_FIRMWARE)
+  lightwell_find(OpenEXR libopenexr-dev CONFIG)
+  lightwell_find(OpenCV libopencv-dev COMPONENTS core imgproc imgcodecs)
+  lightwell_find(Eigen3 libeigen3-dev CONFIG)
+  lightwell_find(CLI11 libcli11-dev CONFIG)
+  pkg_check_modules(LIBSYSTEMD QUIET IMPORTED_TARGET libsystemd)
+  if(NOT LIBSYSTEMD_FOUND)
+    lightwell_missing(libsystemd libsystemd-dev)
+  endif()
+elseif(LIGHTWELL_BUILD_HOST_SDK)
+  # Wanted by host_sdk/tools alone, which say in the summary when they are left out.
+  find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs)
+  find_package(CLI11 CONFIG QUIET)
+endif()
+
+if(LIGHTWELL_BUILD_TESTS)
+  lightwell_find(GTest libgtest-dev CONFIG)
+  if(NOT TARGET GTest::gmock)
+    lightwell_missing(GMock libgmock-dev)
+  endif()
+  lightwell_find(Python3 python3 COMPONENTS Interpreter)
+endif()

@@ -1,0 +1,179 @@
+# How a target of this project is made. Folders call these functions and set no flags themselves.
+
+if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  find_program(LIGHTWELL_CCACHE ccache)
+  if(LIGHTWELL_CCACHE)
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${LIGHTWELL_CCACHE})
+  endif()
+endif()
+
+set(CMAKE_CXX_EXTENSIONS OFF)
+# The SDK's static libraries end up in applications' and bindings' shared libraries.
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+add_library(lightwell_options INTERFACE)
+target_compile_features(lightwell_options INTERFACE cxx_std_20)
+target_compile_options(lightwell_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor
+  # clang counts it into -Wconversion, GCC does not: the same warnings from both.
+  -Wno-sign-conversion
+  $<$<BOOL:${LIGHTWELL_WERROR}>:-Werror>
+  # GCC fuses a*b+c wherever the processor can, so the same source would round differently on the
+  # ARM board, on a PC, and under each -march of a vectorised row. It is said here, for libraries,
+  # tests, oracles and benchmarks alike: a figure measured with other float flags than those the
+  # firmware runs with is a figure about another program.
+  -ffp-contract=off)
+
+if(LIGHTWELL_SANITIZE STREQUAL "address")
+  # What an application that links the instrumented SDK must be built with, too.
+  set(LIGHTWELL_SANITIZE_FLAGS -fsanitize=address,undefined)
+  target_compile_options(lightwell_options INTERFACE -fno-sanitize-recover=undefined)
+  target_compile_definitions(lightwell_options INTERFACE _GLIBCXX_ASSERTIONS)
+elseif(LIGHTWELL_SANITIZE STREQUAL "thread")
+  set(LIGHTWELL_SANITIZE_FLAGS -fsanitize=thread)
+elseif(LIGHTWELL_SANITIZE)
+  message(FATAL_ERROR "LIGHTWELL_SANITIZE is '${LIGHTWELL_SANITIZE}': empty, address or thread")
+endif()
+if(LIGHTWELL_SANITIZE)
+  target_compile_options(lightwell_options INTERFACE
+    ${LIGHTWELL_SANITIZE_FLAGS} -fno-omit-frame-pointer)
+  target_link_options(lightwell_options INTERFACE ${LIGHTWELL_SANITIZE_FLAGS})
+endif()
+
+# lightwell_room(<variable>): the top folder (proto, firmware, ...) that the caller stands in.
+function(lightwell_room result)
+  file(RELATIVE_PATH path "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
+  string(REGEX MATCH "^[^/]*" room "${path}")
+  set(${result} "${room}" PARENT_SCOPE)
+endfunction()
+
+# lightwell_library(<name> SOURCES <file>... [HEADERS <file>...] [PUBLIC <library>...]
+#                   [PRIVATE <library>...] [INCLUDE_ROOT <dir>])
+# A static library; without SOURCES, one of headers alone. PUBLIC are the libraries that its headers
+# show, PRIVATE those that only its sources know. INCLUDE_ROOT is where #include lines start: by
+# default <room>/include for proto and host_sdk, and the room itself elsewhere, so that code says
+# <lightwell/probe.hpp> and "camera/frame.hpp". <room>/src is a root for the library's own sources.
+function(lightwell_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "INCLUDE_ROOT" "SOURCES;HEADERS;PUBLIC;PRIVATE")
+  lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
+  lightwell_room(room)
+  set(public_root "${PROJECT_SOURCE_DIR}/${room}")
+  set(private_root)
+  if(room MATCHES "^(proto|host_sdk)$")
+    set(private_root "${public_root}/src")
+    string(APPEND public_root "/include")
+  endif()
+  if(arg_INCLUDE_ROOT)
+    set(public_root "${arg_INCLUDE_ROOT}")
+  endif()
+  set(kind STATIC)
+  set(visible PUBLIC)
+  if(NOT arg_SOURCES)
+    set(kind INTERFACE)
+    set(visible INTERFACE)
+  endif()
+  add_library(${name} ${kind} ${arg_SOURCES} ${arg_HEADERS})
+  target_compile_features(${name} ${visible} cxx_std_20)
+  # BUILD_INTERFACE: neither our folders nor our warnings go into the installed package.
+  target_include_directories(${name} ${visible} $<BUILD_INTERFACE:${public_root}>)
+  target_link_libraries(${name} ${visible} ${arg_PUBLIC})
+  if(arg_SOURCES)
+    target_include_directories(${name} PRIVATE ${private_root})
+    target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:lightwell_options> ${arg_PRIVATE})
+  endif()
+endfunction()
+
+# lightwell_executable(<name> SOURCES <file>... [LIBRARIES <library>...])
+# Goes to <build>/bin. Installing it is the caller's decision.
+function(lightwell_executable name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES")
+  lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE lightwell_options ${arg_LIBRARIES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+endfunction()
+
+# lightwell_test(<name> SOURCES <file>... LABELS <label>... [LIBRARIES <library>...]
+#                [TIMEOUT <seconds>] [ENVIRONMENT <NAME=value>...])
+# A Google Test program and one ctest of the same name. A test may look behind the public headers:
+# #include lines start in tests/, proto/src and host_sdk/src as well as where its LIBRARIES say.
+# The panoramas' folder is in the environment as LIGHTWELL_PANORAMA_DIR.
+function(lightwell_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
+  lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
+  if(NOT arg_LABELS)
+    message(FATAL_ERROR "lightwell_test(${name}): without LABELS nobody can choose it")
+  endif()
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  target_include_directories(${name} PRIVATE
+    "${PROJECT_SOURCE_DIR}/tests" "${PROJECT_SOURCE_DIR}/proto/src"
+    "${PROJECT_SOURCE_DIR}/host_sdk/src")
+  target_link_libraries(${name} PRIVATE
+    lightwell_options ${arg_LIBRARIES} GTest::gtest_main GTest::gmock)
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES
+    LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT}
+    ENVIRONMENT "LIGHTWELL_PANORAMA_DIR=${LIGHTWELL_PANORAMA_DIR};${arg_ENVIRONMENT}")
+endfunction()
+
+# lightwell_proto_library(MESSAGES <name> SERVICES <name> IMPORT_ROOT <dir>
+#                         PROTOS <file>... SERVICE_PROTOS <file>...)
+# Generates C++ into the build tree: the library MESSAGES from all PROTOS and the library SERVICES
+# from SERVICE_PROTOS (which are among PROTOS); two, so that only the network links see gRPC.
+# Files are given relative to IMPORT_ROOT, as import lines and generated #include lines name them.
+function(lightwell_proto_library)
+  cmake_parse_arguments(PARSE_ARGV 0 arg
+    "" "MESSAGES;SERVICES;IMPORT_ROOT" "PROTOS;SERVICE_PROTOS")
+  lightwell_refuse_unparsed("${arg_MESSAGES}" "${arg_UNPARSED_ARGUMENTS}")
+  cmake_path(ABSOLUTE_PATH arg_IMPORT_ROOT NORMALIZE)
+  # Any file may import any other, so each is generated anew when one changes: they are few.
+  list(TRANSFORM arg_PROTOS PREPEND "${arg_IMPORT_ROOT}/" OUTPUT_VARIABLE all_protos)
+
+  lightwell_generate(${arg_MESSAGES} .pb "" "${arg_PROTOS}")
+  target_link_libraries(${arg_MESSAGES} PUBLIC protobuf::libprotobuf)
+  if(arg_SERVICES)
+    lightwell_generate(${arg_SERVICES} .grpc.pb
+      "--plugin=protoc-gen-grpc=${LIGHTWELL_GRPC_CPP_PLUGIN}" "${arg_SERVICE_PROTOS}")
+    target_link_libraries(${arg_SERVICES} PUBLIC ${arg_MESSAGES} gRPC::grpc++)
+  endif()
+endfunction()
+
+# A part of lightwell_proto_library, whose arg_IMPORT_ROOT and all_protos it reads.
+function(lightwell_generate name suffix plugin protos)
+  # A folder each: who does not link the services cannot include their headers.
+  set(folder "${PROJECT_BINARY_DIR}/generated/${name}")
+  file(MAKE_DIRECTORY "${folder}")
+  if(plugin)
+    set(out --grpc_out)
+  else()
+    set(out --cpp_out)
+  endif()
+  set(sources)
+  foreach(proto IN LISTS protos)
+    string(REGEX REPLACE "\\.proto$" "${suffix}" stem "${folder}/${proto}")
+    add_custom_command(
+      OUTPUT "${stem}.cc" "${stem}.h"
+      COMMAND protobuf::protoc ${plugin} "${out}=${folder}"
+              "--proto_path=${arg_IMPORT_ROOT}" ${proto}
+      DEPENDS ${all_protos}
+      COMMENT "Generating ${proto} for ${name}"
+      VERBATIM)
+    list(APPEND sources "${stem}.cc" "${stem}.h")
+  endforeach()
+  add_library(${name} STATIC ${sources})
+  # SYSTEM and -w: nobody mends generated code, so nobody wants its warnings.
+  target_include_directories(${name} SYSTEM PUBLIC $<BUILD_INTERFACE:${folder}>)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:lightwell_options>)
+  target_compile_options(${name} PRIVATE -w)
+endfunction()
+
+# A misspelt keyword would otherwise be taken for one more file or be lost.
+function(lightwell_refuse_unparsed name unparsed)
+  if(unparsed)
+    message(FATAL_ERROR "${name}: what is '${unparsed}'?")
+  endif()
+endfunction()

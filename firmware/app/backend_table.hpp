@@ -1,0 +1,26 @@
+// Which cameras this build knows. A backend that was not built is not in the table.
+#pragma once
+
+#include <lightwell/config.hpp>
+#include <lightwell/result.hpp>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "camera/backend.hpp"
+#include "camera/uri.hpp"
+
+namespace lightwell {
+
+struct BackendEntry {
+  std::string_view scheme;
+  std::string_view help;  ///< One line for `lightwelld --cameras`.
+  Result<std::unique_ptr<CameraBackend>> (*make)(const CameraUri&, const CameraConfig&);
+};
+
+[[nodiscard]] std::span<const BackendEntry> backend_table();
+
+/// By the scheme of config.uri. not_found names the schemes that there are.
+[[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_backend(const CameraConfig& config);
+
+}  // namespace lightwell

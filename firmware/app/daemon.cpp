@@ -1,0 +1,152 @@
+#include "app/daemon.hpp"
+
+#include <csignal>
+#include <ctime>
+#include <iostream>
+#include <lightwell/descriptor.hpp>
+#include <optional>
+
+#include "app/backend_table.hpp"
+#include "app/log.hpp"
+#include "app/pipeline.hpp"
+#include "app/service_manager.hpp"
+#include "camera/frame_recorder.hpp"
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "link/grpc/grpc_link.hpp"
+
+namespace lightwell {
+namespace {
+
+/// What is there before anything runs.
+struct Parts {
+  std::unique_ptr<CameraBackend> camera;
+  CameraInfo info;
+  RigParameters rig;
+  std::unique_ptr<Estimator> estimator;
+};
+
+Result<Parts> make_parts(const Config& config) {
+  Parts parts;
+  Result<std::unique_ptr<CameraBackend>> camera = make_backend(config.camera);
+  if (!camera) return camera.status();
+  parts.camera = std::move(*camera);
+  Result<CameraInfo> info = parts.camera->open();
+  if (!info) return info.status();
+  parts.info = std::move(*info);
+  log_info("camera " + parts.info.name + ": " + std::to_string(parts.info.lenses) + " x " +
+           std::to_string(parts.info.width) + "x" + std::to_string(parts.info.height) + " " +
+           std::string(to_string(parts.info.format)));
+  for (const std::string& note : parts.info.notes) log_info("camera: " + note);
+  if (!config.calibration.empty()) {
+    Result<RigParameters> rig = load_calibration(config.calibration);
+    if (!rig) return rig.status();
+    parts.rig = std::move(*rig);
+  } else if (parts.info.calibration) {
+    parts.rig = *parts.info.calibration;
+  } else {
+    return Status(StatusCode::failed_precondition,
+                  "the camera does not know its calibration: name one with `calibration` in the configuration or "
+                  "--calibration");
+  }
+  PanoramaOptions options;
+  options.config = config.estimator;
+  options.probe_id = identity_of(config.probe_name);
+  Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(parts.rig, options);
+  if (!estimator) return estimator.status();
+  parts.estimator = std::move(*estimator);
+  return parts;
+}
+
+sigset_t stop_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  return set;
+}
+
+/// One second, or less where a signal to stop comes.
+bool stop_asked() {
+  const sigset_t set = stop_signals();
+  const timespec second{1, 0};
+  return sigtimedwait(&set, nullptr, &second) > 0;
+}
+
+std::string one_line(const StatusSnapshot& s) {
+  return std::to_string(s.counters.estimates) + " estimates, " + std::to_string(s.counters.captures_dropped) +
+         " captures dropped, " + std::to_string(s.counters.estimates_failed) + " failed, " +
+         std::to_string(s.counters.clients) + " clients";
+}
+
+}  // namespace
+
+void block_stop_signals() {
+  const sigset_t set = stop_signals();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  // A client that closes its socket must not end the probe.
+  std::signal(SIGPIPE, SIG_IGN);
+  // A recording that meets a limit of file size is told by the write, not by a signal.
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+Status check_daemon(const Config& config) { return make_parts(config).status(); }
+
+Status run_daemon(const Config& config) {
+  Result<Parts> parts = make_parts(config);
+  if (!parts) return parts.status();
+
+  ProbeIdentity identity{config.probe_name, identity_of(config.probe_name), calibration_identity(parts->rig),
+                         std::string(kFirmwareVersion), parts->info.name};
+  Pipeline pipeline(identity, std::move(parts->estimator), config.estimator);
+  pipeline.publisher().add(make_grpc_link(config.grpc_listen, pipeline));
+
+  std::unique_ptr<FrameRecorder> recorder;
+  if (!config.record_path.empty()) {
+    const RecordingHeader header{RecordingKind::frames, config.probe_name, identity.version, parts->rig};
+    Result<std::unique_ptr<FrameRecorder>> made = FrameRecorder::open(config.record_path, header, pipeline.sink());
+    if (!made) return made.status();
+    recorder = std::move(*made);
+    pipeline.watch_recorder(recorder.get());
+  }
+  if (Status s = pipeline.start(); !s.ok()) return s;
+  FrameSink& sink = recorder ? static_cast<FrameSink&>(*recorder) : pipeline.sink();
+  if (Status s = parts->camera->start(sink); !s.ok()) return s;
+
+  for (const auto& link : pipeline.publisher().links())
+    std::cout << "lightwelld: listening on " << link->address() << std::endl;
+  notify_ready("looking");
+
+  std::string told_error;
+  std::uint64_t told_faults = 0;
+  bool told_end = false;
+  while (!stop_asked()) {
+    const StatusSnapshot status = pipeline.status();
+    notify_status(one_line(status));
+    if (const std::string e = pipeline.last_error(); e != told_error) {
+      log_error(e);
+      told_error = e;
+    }
+    if (recorder && recorder->faults() != told_faults) {
+      told_faults = recorder->faults();
+      log_error("recording: " + recorder->last_error().message() + "; the probe goes on without it");
+    }
+    const CameraBackend::State state = parts->camera->state();
+    if (state == CameraBackend::State::lost && !told_end) {
+      told_end = true;
+      log_error("the camera went away");
+    }
+    if (state == CameraBackend::State::finished) {
+      log_info("the recording has come to its end");
+      break;
+    }
+  }
+  notify_stopping();
+  parts->camera->stop();
+  if (recorder)
+    if (const Status s = recorder->finish(); !s.ok()) log_error("recording: " + s.message());
+  pipeline.stop();
+  log_info(one_line(pipeline.status()));
+  return {};
+}
+
+}  // namespace lightwell

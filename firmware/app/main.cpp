@@ -1,0 +1,103 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <istream>
+#include <lightwell/config.hpp>
+
+#include "app/backend_table.hpp"
+#include "app/daemon.hpp"
+#include "app/log.hpp"
+
+namespace {
+
+/// Exit codes: the footer of --help.
+enum Exit : int { kOk = 0, kFailed = 1, kUsage = 2 };
+
+struct Size {
+  int width = 0, height = 0;
+};
+
+/// Reads "1280x960"; CLI11 calls it for options of this type.
+std::istream& operator>>(std::istream& in, Size& size) {
+  char times = 0;
+  in >> size.width >> times >> size.height;
+  if (times != 'x') in.setstate(std::ios::failbit);
+  return in;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  lightwell::block_stop_signals();
+
+  CLI::App app{"lightwelld turns a camera's frames into lighting descriptors and serves them to AR applications."};
+  app.footer(
+      "Examples:\n"
+      "  lightwelld --camera sim:city                        a simulated rig in a real place\n"
+      "  lightwelld --camera 'sim:night?sensor=rgb8' --exposure-s 0.001 --exposure-s 0.02 --exposure-s 0.4\n"
+      "  lightwelld --config /etc/lightwell/probe.textproto  everything from a file\n"
+      "  lightwell watch grpc://127.0.0.1:7420               what a client sees\n"
+      "Fields of the file: proto/lightwell/v1/config.proto. Options here win over the file.\n"
+      "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
+  std::string config_path, camera, calibration, listen, record, name;
+  Size size;
+  double frame_rate = -1;
+  std::vector<double> exposures;
+  bool list_cameras = false, check = false;
+  app.add_option("--config", config_path, "Configuration in protobuf text format");
+  app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
+  app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
+  app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
+  app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]");
+  app.add_option("--exposure-s", exposures, "Exposure in seconds; several make a bracket")->allow_extra_args(false);
+  app.add_option("--listen", listen, "Address of the gRPC link, HOST:PORT; port 0 takes any [127.0.0.1:7420]");
+  app.add_option("--record", record, "Record frames with metadata to this file");
+  app.add_option("--name", name, "Name of the probe [lightwell]");
+  app.add_flag("--cameras", list_cameras, "List the camera backends of this build and exit");
+  app.add_flag("--check", check, "Check configuration, camera and calibration, and exit");
+  app.set_version_flag("--version", std::string(lightwell::kFirmwareVersion));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kOk : kUsage;
+  }
+
+  if (list_cameras) {
+    for (const lightwell::BackendEntry& entry : lightwell::backend_table()) std::cout << entry.help << "\n";
+    return kOk;
+  }
+  lightwell::Config config;
+  if (!config_path.empty()) {
+    lightwell::Result<lightwell::Config> loaded = lightwell::load_config(config_path);
+    if (!loaded) {
+      lightwell::log_error(loaded.status().message());
+      return kFailed;
+    }
+    config = std::move(*loaded);
+    // A path in the file is meant from where the file is.
+    if (!config.calibration.empty())
+      config.calibration = (std::filesystem::path(config_path).parent_path() / config.calibration).string();
+  }
+  if (!camera.empty()) config.camera.uri = camera;
+  if (!calibration.empty()) config.calibration = calibration;
+  if (size.width != 0) {
+    config.camera.width = size.width;
+    config.camera.height = size.height;
+  }
+  if (frame_rate >= 0) config.camera.frame_rate = frame_rate;
+  if (!exposures.empty()) config.camera.exposure_s = exposures;
+  if (!listen.empty()) config.grpc_listen = listen;
+  if (!record.empty()) config.record_path = record;
+  if (!name.empty()) config.probe_name = name;
+  if (const lightwell::Status s = config.validate(); !s.ok()) {
+    lightwell::log_error(s.message());
+    return kUsage;
+  }
+  const lightwell::Status done = check ? lightwell::check_daemon(config) : lightwell::run_daemon(config);
+  if (!done.ok()) {
+    lightwell::log_error(done.message());
+    return kFailed;
+  }
+  if (check) std::cout << "lightwelld: all is well\n";
+  return kOk;
+}

@@ -1,0 +1,71 @@
+// The four rooms in a row: frames from the slot, through the estimator, to the publisher. One thread of its own.
+#pragma once
+
+#include <atomic>
+#include <lightwell/status.hpp>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "app/bracket_slot.hpp"
+#include "camera/frame_recorder.hpp"
+#include "estimate/estimator.hpp"
+#include "link/publisher.hpp"
+
+namespace lightwell {
+
+/// Who the probe says it is.
+struct ProbeIdentity {
+  std::string name;
+  std::uint32_t probe_id = 0, calibration_id = 0;
+  std::string version, camera;
+};
+
+class Pipeline final : public Commands {
+ public:
+  Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config);
+  ~Pipeline() override;
+
+  /// Links want the Commands, so they come after construction and before start().
+  Publisher& publisher() { return publisher_; }
+  /// Where the camera pushes.
+  FrameSink& sink() { return slot_; }
+  /// For the counters; may be null.
+  void watch_recorder(const FrameRecorder* recorder) { recorder_ = recorder; }
+
+  [[nodiscard]] Status start();
+  /// The camera has stopped. Ends the thread, then the links.
+  void stop();
+
+  /// The last refusal of the estimator or the encoder; empty where there was none.
+  [[nodiscard]] std::string last_error() const;
+
+  // Commands
+  [[nodiscard]] StatusSnapshot status() const override;
+  [[nodiscard]] EstimatorConfig estimator() const override;
+  [[nodiscard]] Status set_estimator(const EstimatorConfig& config) override;
+  [[nodiscard]] Result<double> report_lux(double lux, Vec3d normal) override;
+
+ private:
+  void run();
+
+  const ProbeIdentity identity_;
+  BracketSlot slot_;
+  Publisher publisher_;
+  std::unique_ptr<Estimator> estimator_;
+  const FrameRecorder* recorder_ = nullptr;
+  std::thread thread_;
+  std::atomic<std::uint64_t> estimates_{0}, failed_{0};
+
+  /// Guards what commands change and the newest descriptor, held for copies only.
+  mutable std::mutex mutex_;
+  EstimatorConfig config_;
+  RadianceScale scale_;
+  bool config_changed_ = false, scale_changed_ = false;
+  Descriptor newest_;
+  double newest_factor_ = 1;  ///< The scale that `newest_` was made with.
+  bool has_newest_ = false;
+  std::string last_error_;
+};
+
+}  // namespace lightwell

@@ -1,0 +1,110 @@
+#include "estimate/common/cells.hpp"
+
+#include <Eigen/Cholesky>
+#include <numbers>
+
+namespace lightwell::estimate {
+namespace {
+
+constexpr int kLow = sh_count(kMaxBand);
+
+template <class Row>
+void gather(const std::array<double, sh_count(kMaxBasisBand)>& all, Row& row) {
+  using T = typename Row::value_type;
+  std::size_t at = 0;
+  for (; at < kLow; ++at) row[at] = static_cast<T>(all[at]);
+  for (const int l : kTailBands)
+    for (int i = l * l; i < sh_count(l); ++i) row[at++] = static_cast<T>(all[static_cast<std::size_t>(i)]);
+}
+
+}  // namespace
+
+BasisRow basis_row(Vec3d direction) {
+  std::array<double, sh_count(kMaxBasisBand)> all;
+  sh_basis(kTailBands.back(), direction, all);
+  BasisRow row;
+  gather(all, row);
+  return row;
+}
+
+void CellGrid::reserve(std::size_t cells) {
+  rows_.reserve(cells);
+  solid_angle_.reserve(cells);
+}
+
+void CellGrid::add_cell(std::span<const Pixel> pixels) {
+  std::array<double, kRowCount> mean{};
+  std::array<double, sh_count(kMaxBasisBand)> all;
+  std::array<double, kRowCount> row;
+  double total = 0;
+  for (const Pixel& p : pixels) {
+    if (!(p.solid_angle > 0)) continue;
+    sh_basis(kTailBands.back(), vec_cast<double>(p.direction), all);
+    gather(all, row);
+    total += p.solid_angle;
+    for (std::size_t i = 0; i < kRowCount; ++i) mean[i] += p.solid_angle * row[i];
+  }
+  BasisRow out{};
+  if (total > 0)
+    for (std::size_t i = 0; i < kRowCount; ++i) out[i] = static_cast<float>(mean[i] / total);
+  rows_.push_back(out);
+  solid_angle_.push_back(static_cast<float>(total));
+  covered_ += total;
+}
+
+void CellGrid::finish() {
+  whole_sphere_ = covered_ > kWholeSphere * 4 * std::numbers::pi;
+  if (!whole_sphere_) return;
+  using Matrix = Eigen::Matrix<double, kLow, kLow, Eigen::RowMajor>;
+  Matrix gram = Matrix::Zero();
+  for (std::size_t cell = 0; cell < rows_.size(); ++cell) {
+    const Eigen::Map<const Eigen::Matrix<float, kLow, 1>> row(rows_[cell].data());
+    const Eigen::Matrix<double, kLow, 1> y = row.cast<double>();
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(y, solid_angle_[cell]);
+  }
+  const Matrix full = gram.selfadjointView<Eigen::Lower>();
+  const Matrix inverse = full.ldlt().solve(Matrix::Identity());
+  inverse_gram_.assign(inverse.data(), inverse.data() + kLow * kLow);
+}
+
+void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> moved, Projection& out) const {
+  std::array<std::array<double, kRowCount>, 3> total{};
+  // Sums in float over a few hundred cells, then in double: rounding stays below 1e-6 of the largest coefficient.
+  constexpr std::size_t kChunk = 256;
+  std::size_t next_moved = 0;
+  for (std::size_t begin = 0; begin < sums.size(); begin += kChunk) {
+    const std::size_t end = std::min(begin + kChunk, sums.size());
+    std::array<float, kRowCount> r{}, g{}, b{};
+    const auto add = [&](const BasisRow& row, const CellSum& s) {
+      for (std::size_t i = 0; i < kRowCount; ++i) {
+        r[i] += row[i] * s.r;
+        g[i] += row[i] * s.g;
+        b[i] += row[i] * s.b;
+      }
+    };
+    for (std::size_t cell = begin; cell < end; ++cell) {
+      if (next_moved < moved.size() && moved[next_moved].cell == cell) {
+        add(basis_row(moved[next_moved].centroid), sums[cell]);
+        ++next_moved;
+      } else {
+        add(rows_[cell], sums[cell]);
+      }
+    }
+    for (std::size_t i = 0; i < kRowCount; ++i) {
+      total[0][i] += r[i];
+      total[1][i] += g[i];
+      total[2][i] += b[i];
+    }
+  }
+  for (std::size_t i = 0; i < kRowCount; ++i)
+    for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = total[k][i];
+  if (!whole_sphere_) return;
+  for (std::size_t i = 0; i < kLow; ++i) {
+    double fitted[3] = {};
+    for (std::size_t j = 0; j < kLow; ++j)
+      for (std::size_t k = 0; k < 3; ++k) fitted[k] += inverse_gram_[i * kLow + j] * total[k][j];
+    for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = fitted[k];
+  }
+}
+
+}  // namespace lightwell::estimate

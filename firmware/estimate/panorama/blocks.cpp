@@ -1,0 +1,122 @@
+#include "estimate/panorama/blocks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace lightwell::estimate {
+namespace {
+
+int widest(const RigTable& table) {
+  int w = 0;
+  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
+  return w;
+}
+
+}  // namespace
+
+BlockLayout::BlockLayout(const RigTable& table, int edge)
+    : edge_(edge), shift_(std::countr_zero(static_cast<unsigned>(edge))) {
+  for (const LensTable& lens : table.lenses) {
+    const Lens l{lens.width, lens.height, (lens.width + edge - 1) / edge, (lens.height + edge - 1) / edge, total_};
+    total_ += static_cast<std::size_t>(l.columns) * static_cast<std::size_t>(l.rows);
+    lenses_.push_back(l);
+  }
+}
+
+BlockLayout::Place BlockLayout::place(std::size_t block) const {
+  std::size_t lens = lenses_.size() - 1;
+  while (lenses_[lens].first > block) --lens;
+  const Lens& l = lenses_[lens];
+  const auto within = static_cast<int>(block - l.first);
+  const int x = within % l.columns * edge_, y = within / l.columns * edge_;
+  return {static_cast<int>(lens), x, y, std::min(edge_, l.width - x), std::min(edge_, l.height - y)};
+}
+
+std::size_t BlockLayout::block_of(int lens, int x, int y) const {
+  const Lens& l = lenses_[static_cast<std::size_t>(lens)];
+  return l.first + static_cast<std::size_t>(y >> shift_) * static_cast<std::size_t>(l.columns) +
+         static_cast<std::size_t>(x >> shift_);
+}
+
+CellGrid BlockLayout::make_grid(const RigTable& table) const {
+  CellGrid grid;
+  grid.reserve(total_);
+  std::vector<CellGrid::Pixel> pixels;
+  for (std::size_t block = 0; block < total_; ++block) {
+    const Place p = place(block);
+    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
+    pixels.clear();
+    for (int y = p.y; y < p.y + p.height; ++y) {
+      for (int x = p.x; x < p.x + p.width; ++x) {
+        const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
+        if (lens.solid_angle[i] > 0) pixels.push_back({lens.direction[i], lens.solid_angle[i]});
+      }
+    }
+    grid.add_cell(pixels);
+  }
+  grid.finish();
+  return grid;
+}
+
+BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)
+    : table_(table), layout_(layout), row_(widest(table)) {
+  const auto n = static_cast<std::size_t>(widest(table));
+  r_.resize(n), g_.resize(n), b_.resize(n), peak_.resize(n);
+}
+
+void BlockPass::run(RowReader& reader, BlockSums& out) {
+  out.clipped_sr = 0;
+  out.noise = 0;
+  out.counts = {};
+  const int edge = layout_.edge();
+  for (int lens = 0; lens < layout_.lens_count(); ++lens) {
+    const LensTable& table = table_.lenses[static_cast<std::size_t>(lens)];
+    const auto width = static_cast<std::size_t>(table.width);
+    for (int top = 0; top < table.height; top += edge) {
+      const int bottom = std::min(top + edge, table.height);
+      for (auto* column : {&r_, &g_, &b_, &peak_}) std::fill_n(column->begin(), width, 0.0F);
+      double noise = 0;
+      for (int y = top; y < bottom; ++y) {
+        const RowSpan span = table.rows[static_cast<std::size_t>(y)];
+        if (span.first >= span.end) continue;
+        reader.read(lens, y, span.first, span.end, row_, out.counts);
+        const auto first = static_cast<std::size_t>(span.first), n = static_cast<std::size_t>(span.end - span.first);
+        const float* sr = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
+        for (std::size_t i = 0; i < n; ++i) {
+          r_[first + i] += row_.r[i] * sr[i];
+          g_[first + i] += row_.g[i] * sr[i];
+          b_[first + i] += row_.b[i] * sr[i];
+          const float luminance = 0.2126F * row_.r[i] + 0.7152F * row_.g[i] + 0.0722F * row_.b[i];
+          const float seen = sr[i] > 0 ? luminance : 0.0F;
+          peak_[first + i] = peak_[first + i] > seen ? peak_[first + i] : seen;
+        }
+        // Four sums apart: one alone would wait for each addition before the next.
+        float noise4[4] = {}, clipped4[4] = {};
+        for (std::size_t i = 0; i < n; ++i) {
+          noise4[i % 4] += sr[i] * sr[i] * row_.variance[i];
+          clipped4[i % 4] += row_.clipped[i] != 0 ? sr[i] : 0.0F;
+        }
+        noise += noise4[0] + noise4[1] + noise4[2] + noise4[3];
+        out.clipped_sr += clipped4[0] + clipped4[1] + clipped4[2] + clipped4[3];
+      }
+      out.noise += noise;
+      std::size_t block = layout_.block_of(lens, 0, top);
+      for (std::size_t x = 0; x < width; x += static_cast<std::size_t>(edge), ++block) {
+        const std::size_t end = std::min(x + static_cast<std::size_t>(edge), width);
+        CellSum s;
+        float peak = 0;
+        for (std::size_t i = x; i < end; ++i) {
+          s.r += r_[i];
+          s.g += g_[i];
+          s.b += b_[i];
+          peak = std::max(peak, peak_[i]);
+        }
+        out.sum[block] = s;
+        out.peak[block] = peak;
+      }
+    }
+  }
+}
+
+}  // namespace lightwell::estimate

@@ -1,0 +1,67 @@
+// The one pass over the pixels: sums of light over square blocks of each lens's picture.
+#pragma once
+
+#include <vector>
+
+#include "calibration/lens_table.hpp"
+#include "estimate/common/cells.hpp"
+#include "estimate/panorama/row_reader.hpp"
+
+namespace lightwell::estimate {
+
+/// Where the blocks of a rig lie. Block k of all lenses together is cell k of the grid.
+class BlockLayout {
+ public:
+  /// Blocks of `edge` pixels, a power of two; the last of a row or column may be smaller.
+  BlockLayout(const RigTable& table, int edge);
+
+  struct Place {
+    int lens = 0, x = 0, y = 0, width = 0, height = 0;  ///< In pixels.
+  };
+  [[nodiscard]] Place place(std::size_t block) const;
+  [[nodiscard]] std::size_t block_of(int lens, int x, int y) const;
+  [[nodiscard]] std::size_t size() const { return total_; }
+  [[nodiscard]] int edge() const { return edge_; }
+  [[nodiscard]] int shift() const { return shift_; }  ///< edge() is 1 << shift().
+  [[nodiscard]] int columns(int lens) const { return lenses_[static_cast<std::size_t>(lens)].columns; }
+  [[nodiscard]] std::size_t first(int lens) const { return lenses_[static_cast<std::size_t>(lens)].first; }
+  [[nodiscard]] int lens_count() const { return static_cast<int>(lenses_.size()); }
+
+  /// The grid of cells that these blocks are.
+  [[nodiscard]] CellGrid make_grid(const RigTable& table) const;
+
+ private:
+  struct Lens {
+    int width, height, columns, rows;
+    std::size_t first;
+  };
+  std::vector<Lens> lenses_;
+  int edge_, shift_;
+  std::size_t total_ = 0;
+};
+
+/// What the pass leaves of a bracket.
+struct BlockSums {
+  std::vector<CellSum> sum;         ///< Integral of radiance over each block's solid angle.
+  std::vector<float> peak;          ///< Largest luminance of a pixel with solid angle.
+  double clipped_sr = 0;            ///< Solid angle saturated in every exposure.
+  double noise = 0;                 ///< Sum of solid_angle² times the variance of radiance.
+  ReadingCounts counts;
+
+  explicit BlockSums(std::size_t blocks) : sum(blocks), peak(blocks) {}
+};
+
+/// Runs the pass, with row buffers of its own.
+class BlockPass {
+ public:
+  BlockPass(const RigTable& table, const BlockLayout& layout);
+  void run(RowReader& reader, BlockSums& out);
+
+ private:
+  const RigTable& table_;
+  const BlockLayout& layout_;
+  LinearRow row_;
+  std::vector<float> r_, g_, b_, peak_;  ///< Per column, over the rows of one row of blocks.
+};
+
+}  // namespace lightwell::estimate

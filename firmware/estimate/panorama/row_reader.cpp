@@ -1,0 +1,266 @@
+#include "estimate/panorama/row_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "calibration/response.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+constexpr int kFineLevels = 1024;
+
+std::uint16_t word(const std::byte* at) {
+  return static_cast<std::uint16_t>(std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8);
+}
+
+Status misfit(const std::string& what) { return {StatusCode::invalid_argument, "frame: " + what}; }
+
+}  // namespace
+
+LinearRow::LinearRow(int width) {
+  const auto n = static_cast<std::size_t>(width);
+  r.resize(n), g.resize(n), b.resize(n), variance.resize(n), clipped.resize(n);
+}
+
+RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig), table_(table) {
+  std::size_t widest = 0;
+  for (const LensParameters& lens : rig.lenses) {
+    const PhotometricCalibration& p = lens.photometry;
+    tables_.push_back({linear_table(p, 256), linear_table(p, 1024), linear_table(p, 4096),
+                       linear_table(p, kFineLevels)});
+    widest = std::max(widest, static_cast<std::size_t>(lens.width));
+  }
+  for (auto& x : x_) x.resize(widest);
+  step_.resize(widest);
+  saturated_.resize(widest);
+  weight_.resize(widest);
+  ones_.assign(widest, 1.0F);
+}
+
+Status RowReader::bind(std::span<const Frame> bracket) {
+  if (bracket.empty() || bracket.size() > kMaxBracket) return misfit("a bracket has 1 to 8 exposures");
+  exposure_count_ = 0;
+  for (const Frame& frame : bracket) {
+    if (frame.views().size() != rig_.lenses.size())
+      return misfit("it has " + std::to_string(frame.views().size()) + " views, the calibration " +
+                    std::to_string(rig_.lenses.size()) + " lenses");
+    Exposure& e = exposures_[exposure_count_++];
+    unsigned lenses_seen = 0;
+    for (const View& v : frame.views()) {
+      if (v.lens < 0 || static_cast<std::size_t>(v.lens) >= rig_.lenses.size())
+        return misfit("lens " + std::to_string(v.lens) + " is not in the calibration");
+      const LensParameters& lens = rig_.lenses[static_cast<std::size_t>(v.lens)];
+      if (v.width != lens.width || v.height != lens.height)
+        return misfit("lens " + std::to_string(v.lens) + " gives " + std::to_string(v.width) + "x" +
+                      std::to_string(v.height) + " pixels, its calibration speaks of " + std::to_string(lens.width) +
+                      "x" + std::to_string(lens.height));
+      const bool pairs_across = v.format != PixelFormat::rgb8 && v.format != PixelFormat::rgb_f32;
+      const bool pairs_down = pairs_across && v.format != PixelFormat::yuyv;
+      if ((pairs_across && v.width % 2 != 0) || (pairs_down && v.height % 2 != 0))
+        return misfit(std::string(to_string(v.format)) + " needs an even size");
+      if (v.stride < packed_stride(v.format, v.width) || v.data.size() < picture_bytes(v.format, v.stride, v.height))
+        return misfit("its data is shorter than its size says");
+      lenses_seen |= 1U << v.lens;
+      e.view[static_cast<std::size_t>(v.lens)] = v;
+    }
+    if (lenses_seen + 1 != 1U << rig_.lenses.size()) return misfit("the same lens came twice");
+    const double exposure = frame.info.exposure_s * frame.info.gain;
+    if (!(exposure > 0) || !std::isfinite(exposure))
+      return misfit("exposure_s * gain is " + std::to_string(exposure) + "; it must be positive and finite");
+    e.radiance_per_linear = static_cast<float>(1 / exposure);
+    if (!(e.radiance_per_linear > 0) || !std::isfinite(e.radiance_per_linear))
+      return misfit("exposure_s * gain is out of range");
+  }
+  return {};
+}
+
+void RowReader::load(const View& view, const Tables& tables, const PhotometricCalibration& photometry, int y, int first,
+                     int end) {
+  const auto n = static_cast<std::size_t>(end - first);
+  const auto row = [&view](int j) { return view.data.data() + static_cast<std::size_t>(j) * view.stride; };
+  const auto saturation = static_cast<float>(photometry.saturation);
+  const auto put_code = [&](std::size_t i, const std::vector<float>& table, unsigned r, unsigned g, unsigned b) {
+    x_[0][i] = table[r];
+    x_[1][i] = table[g];
+    x_[2][i] = table[b];
+    const unsigned top = std::max({r, g, b});
+    saturated_[i] = static_cast<float>(top) >= saturation * static_cast<float>(table.size() - 1) ? 1 : 0;
+    step_[i] = top > 0 ? table[top] - table[top - 1] : table[1] - table[0];
+  };
+  const auto put_ycbcr = [&](std::size_t i, std::byte luma, std::byte cb, std::byte cr) {
+    const std::array<float, 3> v = rgb_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb),
+                                                   std::to_integer<int>(cr));
+    const auto code = [](float u) { return static_cast<unsigned>(u * (kFineLevels - 1) + 0.5F); };
+    put_code(i, tables.fine, code(v[0]), code(v[1]), code(v[2]));
+    step_[i] *= 4;  // Luma has about 219 steps where the table has 1023.
+  };
+  switch (view.format) {
+    case PixelFormat::rgb8: {
+      const std::byte* at = row(y) + 3 * static_cast<std::size_t>(first);
+      for (std::size_t i = 0; i < n; ++i, at += 3)
+        put_code(i, tables.code8, std::to_integer<unsigned>(at[0]), std::to_integer<unsigned>(at[1]),
+                 std::to_integer<unsigned>(at[2]));
+      return;
+    }
+    case PixelFormat::nv12: {
+      const std::byte* luma = row(y);
+      const std::byte* chroma = row(view.height + y / 2);
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t x = static_cast<std::size_t>(first) + i;
+        put_ycbcr(i, luma[x], chroma[x & ~std::size_t{1}], chroma[x | 1]);
+      }
+      return;
+    }
+    case PixelFormat::yuyv: {
+      const std::byte* at = row(y);
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t x = static_cast<std::size_t>(first) + i, pair = x / 2 * 4;
+        put_ycbcr(i, at[2 * x], at[pair + 1], at[pair + 3]);
+      }
+      return;
+    }
+    case PixelFormat::bayer_rggb10:
+    case PixelFormat::bayer_rggb12: {
+      // Each photosite stands for its 2x2 quad: energy and centroid of the quad are exact.
+      const std::vector<float>& table = view.format == PixelFormat::bayer_rggb10 ? tables.code10 : tables.code12;
+      const auto top = static_cast<unsigned>(table.size() - 1);
+      const std::byte* upper = row(y & ~1);
+      const std::byte* lower = row(y | 1);
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t x = (static_cast<std::size_t>(first) + i) & ~std::size_t{1};
+        const unsigned red = std::min<unsigned>(word(upper + 2 * x), top);
+        const unsigned green1 = std::min<unsigned>(word(upper + 2 * x + 2), top);
+        const unsigned green2 = std::min<unsigned>(word(lower + 2 * x), top);
+        const unsigned blue = std::min<unsigned>(word(lower + 2 * x + 2), top);
+        put_code(i, table, red, std::max(green1, green2), blue);
+        x_[1][i] = 0.5F * (table[green1] + table[green2]);
+      }
+      return;
+    }
+    case PixelFormat::rgb_f32: {
+      const std::byte* at = row(y) + 12 * static_cast<std::size_t>(first);
+      for (std::size_t i = 0; i < n; ++i, at += 12) {
+        float v[3];
+        std::memcpy(v, at, sizeof v);
+        x_[0][i] = v[0];
+        x_[1][i] = v[1];
+        x_[2][i] = v[2];
+      }
+      std::fill_n(saturated_.begin(), n, std::uint8_t{0});
+      std::fill_n(step_.begin(), n, 0.0F);
+      return;
+    }
+  }
+}
+
+void RowReader::read(int lens, int y, int first, int end, LinearRow& out, ReadingCounts& counts) {
+  const auto n = static_cast<std::size_t>(end - first);
+  const auto at = static_cast<std::size_t>(lens);
+  const LensTable& table = table_.lenses[at];
+  const PhotometricCalibration& photometry = rig_.lenses[at].photometry;
+  // Floats are radiance already: a lens's and a sensor's ways have been taken off them.
+  const bool radiance_already = exposures_[0].view[at].format == PixelFormat::rgb_f32;
+  const float* brighten =
+      radiance_already ? ones_.data()
+                       : table.inverse_vignetting.data() +
+                             static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
+  const auto noise = [&](double v) { return radiance_already ? 0.0F : static_cast<float>(v); };
+  const float read2 = noise(photometry.read_noise * photometry.read_noise), shot = noise(photometry.shot_noise);
+  float white[3];
+  for (std::size_t c = 0; c < 3; ++c)
+    white[c] = radiance_already ? 1.0F : static_cast<float>(photometry.white_balance[c]);
+  float* radiance[3] = {out.r.data(), out.g.data(), out.b.data()};
+
+  if (exposure_count_ == 1 && radiance_already) {
+    // Nothing to look up and nothing to doubt: straight from the picture.
+    const View& view = exposures_[0].view[at];
+    const float k = exposures_[0].radiance_per_linear;
+    const std::byte* in = view.data.data() + static_cast<std::size_t>(y) * view.stride + 12 * static_cast<std::size_t>(first);
+    for (std::size_t i = 0; i < n; ++i, in += 12) {
+      float v[3];
+      std::memcpy(v, in, sizeof v);
+      out.r[i] = v[0] * k;
+      out.g[i] = v[1] * k;
+      out.b[i] = v[2] * k;
+    }
+    std::fill_n(out.variance.begin(), n, 0.0F);
+    std::fill_n(out.clipped.begin(), n, std::uint8_t{0});
+  } else if (exposure_count_ == 1) {
+    const Exposure& e = exposures_[0];
+    load(e.view[at], tables_[at], photometry, y, first, end);
+    const float k = e.radiance_per_linear;
+    for (int c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < n; ++i) radiance[c][i] = x_[c][i] * (k * white[c] * brighten[i]);
+    for (std::size_t i = 0; i < n; ++i) {
+      const float v = read2 + shot * std::max(0.0F, x_[1][i]) + step_[i] * step_[i] * (1.0F / 12);
+      out.variance[i] = v * (k * brighten[i]) * (k * brighten[i]);
+    }
+    std::copy_n(saturated_.begin(), n, out.clipped.begin());
+  } else {
+    for (int c = 0; c < 3; ++c) std::fill_n(radiance[c], n, 0.0F);
+    std::fill_n(weight_.begin(), n, 0.0F);
+    std::fill_n(out.clipped.begin(), n, std::uint8_t{1});
+    for (std::size_t k = 0; k < exposure_count_; ++k) {
+      const Exposure& e = exposures_[k];
+      load(e.view[at], tables_[at], photometry, y, first, end);
+      const float scale = e.radiance_per_linear;
+      for (std::size_t i = 0; i < n; ++i) {
+        if (saturated_[i] != 0) {
+          // Only a bound from below, of use where nothing better comes: the shortest exposure's is the highest.
+          if (out.clipped[i] != 0)
+            for (int c = 0; c < 3; ++c) radiance[c][i] = std::max(radiance[c][i], x_[c][i] * scale);
+          continue;
+        }
+        if (out.clipped[i] != 0) {
+          out.clipped[i] = 0;
+          for (int c = 0; c < 3; ++c) radiance[c][i] = 0;
+        }
+        // A floor keeps the weight finite for a camera without stated noise; then all count alike in linear value.
+        const float v = read2 + shot * std::max(0.0F, x_[1][i]) + step_[i] * step_[i] * (1.0F / 12) + 1e-12F;
+        const float w = 1 / (v * scale * scale);
+        weight_[i] += w;
+        for (int c = 0; c < 3; ++c) radiance[c][i] += w * x_[c][i] * scale;
+      }
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const float normal = out.clipped[i] != 0 ? 1 : 1 / weight_[i];
+      out.variance[i] = out.clipped[i] != 0 ? 0 : normal * brighten[i] * brighten[i];
+      for (int c = 0; c < 3; ++c) radiance[c][i] *= normal * white[c] * brighten[i];
+    }
+  }
+
+  // Only floats can hold what no light is. Values below black are noise of an integer sensor and stay: cutting them
+  // off would brighten the dark.
+  if (!radiance_already) return;
+  float largest = 0;
+  int bad = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool fine = out.r[i] >= 0 && out.r[i] <= 3e38F && out.g[i] >= 0 && out.g[i] <= 3e38F && out.b[i] >= 0 &&
+                      out.b[i] <= 3e38F;
+    bad += fine ? 0 : 1;
+  }
+  if (bad == 0) return;
+  for (int c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < n; ++i)
+      if (radiance[c][i] <= 3e38F) largest = std::max(largest, radiance[c][i]);
+  for (std::size_t i = 0; i < n; ++i) {
+    bool touched = false;
+    for (int c = 0; c < 3; ++c) {
+      float& v = radiance[c][i];
+      if (v >= 0 && v <= 3e38F) continue;
+      touched = true;
+      // Infinite light is at least the strongest that is finite beside it; how much more, nobody knows.
+      out.clipped[i] = v > 3e38F ? 1 : out.clipped[i];
+      v = v > 3e38F ? largest : 0;
+    }
+    if (touched) {
+      ++counts.cleaned;
+      if (!std::isfinite(out.variance[i])) out.variance[i] = 0;
+    }
+  }
+}
+
+}  // namespace lightwell::estimate

@@ -1,0 +1,65 @@
+// Linear radiance of a run of pixels, whatever the format and however many exposures: the only place of the estimator
+// that knows pixel formats.
+#pragma once
+
+#include <array>
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
+#include <span>
+#include <vector>
+
+#include "calibration/lens_table.hpp"
+#include "camera/frame.hpp"
+
+namespace lightwell::estimate {
+
+/// A run of pixels of one row. Planar, so that sums over rows vectorise.
+struct LinearRow {
+  std::vector<float> r, g, b;    ///< Radiance in units of (linear value / (exposure_s * gain * vignetting)).
+  std::vector<float> variance;   ///< Of the radiance, luminance-like: one number for the three channels.
+  std::vector<std::uint8_t> clipped;  ///< 1 where every exposure was saturated: the radiance is at least this.
+
+  explicit LinearRow(int width);
+};
+
+/// What reading found in a bracket.
+struct ReadingCounts {
+  std::uint64_t cleaned = 0;  ///< Pixels with NaN, infinite or negative radiance.
+};
+
+/// Reads brackets of one rig, one after another.
+class RowReader {
+ public:
+  explicit RowReader(const RigParameters& rig, const RigTable& table);
+
+  /// invalid_argument where the frames do not fit the rig or each other. The frames must stay until the next bind().
+  [[nodiscard]] Status bind(std::span<const Frame> bracket);
+
+  /// Pixels [first, end) of row y of a lens into entries 0 to end - first of `out`. Several exposures are merged by the
+  /// inverse of each one's variance of radiance (read and shot noise, rounding); saturated values have no weight.
+  void read(int lens, int y, int first, int end, LinearRow& out, ReadingCounts& counts);
+
+ private:
+  struct Tables {
+    std::vector<float> code8, code10, code12, fine;  ///< Linear value by picture value; `fine` by 1023 steps of [0, 1].
+  };
+  struct Exposure {
+    std::array<View, kMaxLenses> view;
+    float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
+  };
+
+  void load(const View& view, const Tables& tables, const PhotometricCalibration& photometry, int y, int first,
+            int end);
+
+  const RigParameters& rig_;
+  const RigTable& table_;
+  std::vector<Tables> tables_;
+  std::array<Exposure, kMaxBracket> exposures_{};
+  std::size_t exposure_count_ = 0;
+  // One exposure's linear values, 0 to 1, the size of a value's step and whether it is saturated.
+  std::vector<float> x_[3], step_;
+  std::vector<std::uint8_t> saturated_;
+  std::vector<float> weight_, ones_;
+};
+
+}  // namespace lightwell::estimate

@@ -1,0 +1,38 @@
+// A way out of the probe: takes encoded descriptors and never makes the estimator wait.
+#pragma once
+
+#include <cstddef>
+#include <lightwell/result.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace lightwell {
+
+/// One descriptor as it goes over every wire: encoded once, shared, never changed.
+using EncodedDescriptor = std::shared_ptr<const std::vector<std::byte>>;
+
+/// What a link can say of its listeners.
+struct LinkCounters {
+  std::uint32_t clients = 0;
+  std::uint64_t coalesced = 0;  ///< Descriptors that a slow listener did not get because a newer one came.
+};
+
+class Link {
+ public:
+  virtual ~Link() = default;
+
+  /// resource_exhausted or unavailable where the port or device cannot be had, naming it and the remedy.
+  [[nodiscard]] virtual Status start() = 0;
+  /// Called from the one publishing thread, between start() and stop(). Queues and returns: a full queue loses its
+  /// oldest entry, counted.
+  virtual void publish(const EncodedDescriptor& descriptor) = 0;
+  /// After it returns no client is served any more. Bounded: at most a second.
+  virtual void stop() = 0;
+
+  [[nodiscard]] virtual LinkCounters counters() const = 0;
+  /// Where clients reach it, "grpc://127.0.0.1:7420". Known after start().
+  [[nodiscard]] virtual std::string address() const = 0;
+};
+
+}  // namespace lightwell

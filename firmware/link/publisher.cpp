@@ -1,0 +1,40 @@
+#include "link/publisher.hpp"
+
+#include <lightwell/time.hpp>
+
+namespace lightwell {
+
+Status Publisher::start() {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (Status s = links_[i]->start(); !s.ok()) {
+      while (i > 0) links_[--i]->stop();
+      return s;
+    }
+  }
+  return {};
+}
+
+void Publisher::stop() {
+  for (const auto& link : links_) link->stop();
+}
+
+Status Publisher::publish(Descriptor& descriptor) {
+  descriptor.time.encoded_after = ProbeTime{monotonic_now_ns()} - descriptor.time.mid_exposure;
+  const Result<std::span<const std::byte>> bytes = encoder_.encode(descriptor);
+  if (!bytes) return bytes.status();
+  const auto shared = std::make_shared<const std::vector<std::byte>>(bytes->begin(), bytes->end());
+  for (const auto& link : links_) link->publish(shared);
+  return {};
+}
+
+LinkCounters Publisher::counters() const {
+  LinkCounters sum;
+  for (const auto& link : links_) {
+    const LinkCounters c = link->counters();
+    sum.clients += c.clients;
+    sum.coalesced += c.coalesced;
+  }
+  return sum;
+}
+
+}  // namespace lightwell

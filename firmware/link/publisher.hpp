@@ -1,0 +1,34 @@
+// Encodes a descriptor once and hands the bytes to every link.
+#pragma once
+
+#include <lightwell/codec.hpp>
+#include <lightwell/descriptor.hpp>
+#include <memory>
+#include <vector>
+
+#include "link/link.hpp"
+
+namespace lightwell {
+
+/// One thread publishes. Links are added before the first publish().
+class Publisher {
+ public:
+  void add(std::unique_ptr<Link> link) { links_.push_back(std::move(link)); }
+
+  /// Starts every link; the first that fails stops those before it.
+  [[nodiscard]] Status start();
+  void stop();
+
+  /// Stamps `descriptor` with the time of encoding, encodes it (no allocation up to here) and gives it to the links.
+  [[nodiscard]] Status publish(Descriptor& descriptor);
+
+  /// Over all links.
+  [[nodiscard]] LinkCounters counters() const;
+  [[nodiscard]] const std::vector<std::unique_ptr<Link>>& links() const { return links_; }
+
+ private:
+  Encoder encoder_;
+  std::vector<std::unique_ptr<Link>> links_;
+};
+
+}  // namespace lightwell

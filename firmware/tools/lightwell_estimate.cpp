@@ -1,0 +1,209 @@
+// lightwell-estimate: one descriptor from still images.
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <lightwell/codec.hpp>
+#include <lightwell/config.hpp>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "tools/image_bracket.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+constexpr const char* kHelp = R"(lightwell-estimate: how a place is lit, from still images.
+
+  lightwell-estimate --equirect PANORAMA.exr --json -
+  lightwell-estimate --calibration RIG.textproto fisheye.png --json -
+  lightwell-estimate --calibration RIG.textproto --lens 0 front.exr --lens 1 back.exr --json out.json
+  lightwell-estimate --calibration RIG.textproto --exposure-s 0.001 a.png --exposure-s 0.03 b.png --json -
+
+Images are read in order; --lens and --exposure-s speak of the images after them.
+  --calibration FILE   what each pixel means (proto/lightwell/v1/calibration.proto, text format)
+  --equirect IMAGE     a whole panorama; needs no calibration (PNG and JPEG: sRGB response)
+  --lens N             lens of the rig that the images after it belong to [0]
+  --exposure-s E       exposure of the next image in seconds; a bracket gives one before each image
+  --json FILE          write the descriptor as protobuf JSON; - is standard output
+  --binary FILE        write the descriptor's bytes as they would go over the wire
+  --band N             highest band of the harmonics, 0 to 6 [4]
+  --max-lights N       most lights, 0 to 64 [8]
+  --help               this text
+
+PNG and JPEG: 8 bits, through the response curve that the calibration names. EXR and HDR: linear radiance in relative
+units (divided by the exposure where one is given). Directions in the answer are in the probe's frame: +X right, +Y up,
+-Z forward. What the fields mean: proto/README.md.
+Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
+)";
+
+enum Exit : int { kOk = 0, kBadInput = 1, kUsage = 2 };
+
+struct Arguments {
+  std::string calibration, equirect, json, binary;
+  std::vector<ImageArgument> images;
+  EstimatorConfig config;
+  bool help = false;
+};
+
+template <class T>
+std::optional<T> number(const std::string& text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// By hand, because --lens and --exposure-s mean the images that follow them.
+Result<Arguments> parse(const std::vector<std::string>& words) {
+  Arguments out;
+  int lens = 0;
+  double exposure = 0;
+  const auto usage = [](const std::string& what) {
+    return Status(StatusCode::invalid_argument, what + "; see --help");
+  };
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    std::string word = words[i];
+    if (word == "--help" || word == "-h") {
+      out.help = true;
+      return out;
+    }
+    if (word.size() < 2 || word[0] != '-' || word[1] != '-') {
+      out.images.push_back({word, lens, exposure});
+      exposure = 0;
+      continue;
+    }
+    std::optional<std::string> value;
+    if (const auto equals = word.find('='); equals != std::string::npos) {
+      value = word.substr(equals + 1);
+      word.resize(equals);
+    } else if (i + 1 < words.size()) {
+      value = words[++i];
+    }
+    if (!value) return usage(word + " needs a value");
+    const auto bad = [&] { return usage(word + ": '" + *value + "' is not a value it can take"); };
+    if (word == "--calibration") {
+      out.calibration = *value;
+    } else if (word == "--equirect") {
+      out.equirect = *value;
+    } else if (word == "--json") {
+      out.json = *value;
+    } else if (word == "--binary") {
+      out.binary = *value;
+    } else if (word == "--lens") {
+      const auto n = number<int>(*value);
+      if (!n || *n < 0) return bad();
+      lens = *n;
+    } else if (word == "--exposure-s") {
+      const auto e = number<double>(*value);
+      if (!e || !(*e > 0) || !std::isfinite(*e)) return bad();
+      exposure = *e;
+    } else if (word == "--band") {
+      const auto n = number<int>(*value);
+      if (!n) return bad();
+      out.config.band = *n;
+    } else if (word == "--max-lights") {
+      const auto n = number<int>(*value);
+      if (!n) return bad();
+      out.config.max_lights = *n;
+    } else {
+      return usage("unknown option " + word);
+    }
+  }
+  if (exposure > 0) return usage("--exposure-s stands behind the last image; it speaks of the image after it");
+  if (out.equirect.empty() == out.calibration.empty())
+    return usage("give either --calibration with images or --equirect with one");
+  if (!out.equirect.empty() && !out.images.empty())
+    return usage("--equirect takes one image; more images need --calibration");
+  if (const Status s = out.config.validate(); !s.ok()) return usage(s.message());
+  return out;
+}
+
+Result<Descriptor> estimate(const Arguments& arguments) {
+  std::vector<ImageArgument> images = arguments.images;
+  RigParameters rig;
+  if (!arguments.equirect.empty()) {
+    const Result<Image> image = read_image(arguments.equirect);
+    if (!image) return image.status();
+    if (image->width != 2 * image->height)
+      return Status(StatusCode::invalid_argument,
+                    arguments.equirect + ": an equirectangular panorama is twice as wide as high, this one has " +
+                        std::to_string(image->width) + "x" + std::to_string(image->height) + " pixels");
+    rig = equirectangular_rig(image->width, image->height);
+    images = {{arguments.equirect, 0, 0}};
+  } else {
+    Result<RigParameters> loaded = load_calibration(arguments.calibration);
+    if (!loaded) return loaded.status();
+    rig = std::move(*loaded);
+  }
+  const Result<ImageBracket> bracket = read_bracket(rig, images);
+  if (!bracket) return bracket.status();
+  PanoramaOptions options;
+  options.config = arguments.config;
+  options.probe_id = identity_of("lightwell-estimate");
+  Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(bracket->rig, options);
+  if (!estimator) return estimator.status();
+  Descriptor descriptor;
+  if (const Status s = (*estimator)->estimate(bracket->frames, descriptor); !s.ok()) return s;
+  return descriptor;
+}
+
+Status write_file(const std::string& path, std::string_view bytes) {
+  if (path == "-") {
+    std::cout << bytes << std::flush;
+    return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
+  }
+  std::ofstream out(path, std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  return out ? Status() : Status(StatusCode::data_loss, path + ": cannot be written");
+}
+
+void print_summary(const Descriptor& d, std::size_t bytes) {
+  const double degree = 180 / std::numbers::pi;
+  std::cout << "harmonics to band " << d.radiance.band << ", " << d.lights.size() << " lights, " << bytes
+            << " bytes; sees " << 100 * d.coverage << " % of the sphere; bound " << 100 * d.bound.total << " %";
+  for (const Flag f : kFlags)
+    if (d.flags.has(f)) std::cout << "; " << to_string(f);
+  std::cout << "\n";
+  for (const Light& l : d.lights)
+    std::cout << "light towards (" << l.direction.x << ", " << l.direction.y << ", " << l.direction.z << "), irradiance ("
+              << l.irradiance.r << ", " << l.irradiance.g << ", " << l.irradiance.b << "), radius "
+              << l.angular_radius_rad * degree << " deg\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto fail = [](const Status& s, int exit) {
+    std::cerr << "lightwell-estimate: " << s.message() << "\n";
+    return exit;
+  };
+  const Result<Arguments> arguments = parse({argv + 1, argv + argc});
+  if (!arguments) return fail(arguments.status(), kUsage);
+  if (arguments->help) {
+    std::cout << kHelp;
+    return kOk;
+  }
+  const Result<Descriptor> descriptor = estimate(*arguments);
+  if (!descriptor) return fail(descriptor.status(), kBadInput);
+  Encoder encoder;
+  const Result<std::span<const std::byte>> bytes = encoder.encode(*descriptor);
+  if (!bytes) return fail(bytes.status(), kBadInput);
+  if (!arguments->binary.empty())
+    if (const Status s = write_file(arguments->binary, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+        !s.ok())
+      return fail(s, kBadInput);
+  if (!arguments->json.empty()) {
+    const Result<std::string> json = descriptor_to_json(*bytes);
+    if (!json) return fail(json.status(), kBadInput);
+    if (const Status s = write_file(arguments->json, *json + "\n"); !s.ok()) return fail(s, kBadInput);
+  } else if (arguments->binary.empty()) {
+    print_summary(*descriptor, bytes->size());
+  }
+  return kOk;
+}

@@ -1,0 +1,125 @@
+// The lighting descriptor as a value: what an estimator makes and an application asks.
+//   Light, ErrorBound, Flags, Descriptor
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <lightwell/color.hpp>
+#include <lightwell/geometry.hpp>
+#include <lightwell/harmonics.hpp>
+#include <lightwell/time.hpp>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace lightwell {
+
+inline constexpr std::size_t kMaxLights = 64;
+
+/// A lamp, the sun, a window: a cap of uniform radiance.
+struct Light {
+  Vec3f direction;               ///< Unit, TOWARDS the light.
+  Irradiance irradiance;         ///< Vector irradiance: the integral of L over its solid angle at normal incidence.
+  float angular_radius_rad = 0;  ///< Of the uniform cap with the same second moment, 0 to pi/2.
+  /// Of the direction in tangent_basis(direction), rad²: u·u, u·v, v·v.
+  std::array<float, 3> direction_covariance{};
+  std::uint32_t track = 0;  ///< Stays with the same lamp; 0 is not a track.
+
+  friend bool operator==(const Light&, const Light&) = default;
+};
+
+/// What units the radiances and irradiances of a descriptor have.
+enum class Units : std::uint8_t {
+  relative = 1,  ///< Proportional to cd/m² and lux by one unknown factor.
+  absolute = 2,  ///< Luminance in cd/m² and lux.
+};
+
+/// Why an answer may be wrong.
+enum class Flag : std::uint8_t {
+  unseen = 1,   ///< A part of the sphere was never seen; its light is missing.
+  clipped = 2,  ///< Pixels saturated in every exposure; their energy is a lower bound.
+  cleaned = 3,  ///< The input held NaN, infinite or negative radiance, which was replaced.
+  dark = 4,     ///< Nothing but darkness: no relative error can be stated.
+};
+inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned, Flag::dark};
+
+[[nodiscard]] constexpr std::string_view to_string(Flag flag) {
+  switch (flag) {
+    case Flag::unseen: return "unseen";
+    case Flag::clipped: return "clipped";
+    case Flag::cleaned: return "cleaned";
+    case Flag::dark: return "dark";
+  }
+  return "unknown";
+}
+
+/// A set of flags.
+class Flags {
+ public:
+  constexpr void set(Flag f) { bits_ |= bit(f); }
+  [[nodiscard]] constexpr bool has(Flag f) const { return (bits_ & bit(f)) != 0; }
+  [[nodiscard]] constexpr bool any() const { return bits_ != 0; }
+  friend constexpr bool operator==(Flags, Flags) = default;
+
+ private:
+  static constexpr std::uint32_t bit(Flag f) { return 1U << static_cast<unsigned>(f); }
+  std::uint32_t bits_ = 0;
+};
+
+/// Of the irradiance: RMS over all normals of the error, relative to the RMS irradiance; the larger of the
+/// luminance-weighted figure and the plain one over three channels. Infinite where the flags say why.
+struct ErrorBound {
+  float total = 0;
+  float truncation = 0;    ///< Bands that were not kept, and what caps do not describe of lights.
+  float sampling = 0;      ///< Finite pixels and blocks.
+  float noise = 0;         ///< Shot, read and quantisation noise of the sensor.
+  float quantization = 0;  ///< Rounding to the wire.
+
+  friend bool operator==(const ErrorBound&, const ErrorBound&) = default;
+};
+
+/// When the light was so. Latencies are of the probe.
+struct CaptureTime {
+  ProbeTime mid_exposure;
+  Duration delivered_after;  ///< From mid-exposure to the camera handing over its last frame.
+  Duration encoded_after;    ///< From mid-exposure to the encoded bytes.
+
+  friend bool operator==(const CaptureTime&, const CaptureTime&) = default;
+};
+
+/// Prefiltered radiance for reflections, lights left out, over an octahedral map.
+struct EnvironmentMap {
+  int edge = 0;                      ///< Texels of level 0: 8, 16, 32 or 64.
+  std::vector<std::uint32_t> texels; ///< RGB9E5; levels one after another, rows from the top.
+  std::vector<float> roughness;      ///< Perceptual roughness of each level.
+
+  friend bool operator==(const EnvironmentMap&, const EnvironmentMap&) = default;
+};
+
+/// One frame's answer, in the probe's frame of axes.
+struct Descriptor {
+  std::uint64_t sequence = 0;
+  CaptureTime time;
+  Units units = Units::relative;
+  RadianceSh radiance;        ///< Of what is left after the lights were taken out.
+  std::vector<Light> lights;  ///< Strongest first, at most kMaxLights.
+  std::optional<EnvironmentMap> environment;
+  float coverage = 0;   ///< Share of the sphere that some pixel saw.
+  float saturated = 0;  ///< Share of the seen sphere that was saturated in every exposure.
+  ErrorBound bound;
+  std::uint32_t probe_id = 0;
+  std::uint32_t calibration_id = 0;
+  Flags flags;
+
+  friend bool operator==(const Descriptor&, const Descriptor&) = default;
+};
+
+/// FNV-1a, 32 bit: how probe_id is made of a name and calibration_id of canonical bytes.
+[[nodiscard]] constexpr std::uint32_t identity_of(std::string_view bytes) {
+  std::uint32_t h = 2166136261U;
+  for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 16777619U;
+  return h;
+}
+
+}  // namespace lightwell

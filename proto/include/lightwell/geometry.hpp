@@ -1,0 +1,116 @@
+// Vectors, rotations and poses. World and probe frames: right-handed, +Y up, -Z forward, metres.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace lightwell {
+
+template <class T>
+struct Vec3 {
+  T x{}, y{}, z{};
+
+  friend constexpr Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend constexpr Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend constexpr Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
+  friend constexpr Vec3 operator*(Vec3 a, T s) { return {a.x * s, a.y * s, a.z * s}; }
+  friend constexpr Vec3 operator*(T s, Vec3 a) { return a * s; }
+  constexpr Vec3& operator+=(Vec3 o) { return *this = *this + o; }
+  friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
+};
+
+using Vec3f = Vec3<float>;
+using Vec3d = Vec3<double>;
+
+template <class T>
+[[nodiscard]] constexpr T dot(Vec3<T> a, Vec3<T> b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+template <class T>
+[[nodiscard]] constexpr Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+template <class T>
+[[nodiscard]] T length(Vec3<T> a) {
+  return std::sqrt(dot(a, a));
+}
+
+/// The unit vector along `a`; zero for zero, NaN or infinite input, so that nothing spreads.
+template <class T>
+[[nodiscard]] Vec3<T> normalized(Vec3<T> a) {
+  // Scaled first: squares of tiny or huge components would leave the type's range.
+  const T largest = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
+  if (!(largest > T(0)) || !std::isfinite(a.x + a.y + a.z)) return {};
+  const Vec3<T> scaled{a.x / largest, a.y / largest, a.z / largest};
+  return scaled * (T(1) / length(scaled));
+}
+
+/// Angle between two vectors of any length, rad, right for tiny angles and near pi (Kahan's form).
+template <class T>
+[[nodiscard]] T angle_between(Vec3<T> a, Vec3<T> b) {
+  return std::atan2(length(cross(a, b)), dot(a, b));
+}
+
+template <class To, class From>
+[[nodiscard]] constexpr Vec3<To> vec_cast(Vec3<From> a) {
+  return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
+}
+
+/// Two unit vectors that make a right-handed frame u, v, n with the unit vector n.
+/// Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3. The basis of direction covariances.
+template <class T>
+[[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Vec3<T> n) {
+  const T sign = std::copysign(T(1), n.z);
+  const T a = T(-1) / (sign + n.z);
+  const T b = n.x * n.y * a;
+  return {Vec3<T>{T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x},
+          Vec3<T>{b, sign + n.y * n.y * a, -n.y}};
+}
+
+/// Rotation quaternion, Hamilton, x, y, z, w.
+struct Quat {
+  double x = 0, y = 0, z = 0, w = 1;
+
+  /// Right-handed turn about a unit axis.
+  [[nodiscard]] static Quat about(Vec3d axis, double angle_rad) {
+    const double s = std::sin(angle_rad / 2);
+    return {axis.x * s, axis.y * s, axis.z * s, std::cos(angle_rad / 2)};
+  }
+
+  [[nodiscard]] constexpr Quat inverse() const { return {-x, -y, -z, w}; }
+
+  /// Unit length; the identity where the length is zero or not finite.
+  [[nodiscard]] Quat normalized() const {
+    const double n = std::sqrt(x * x + y * y + z * z + w * w);
+    if (!(n > 0) || !std::isfinite(n)) return {};
+    return {x / n, y / n, z / n, w / n};
+  }
+
+  /// First b, then a.
+  friend constexpr Quat operator*(Quat a, Quat b) {
+    return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
+            a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
+  }
+};
+
+/// v turned by the unit quaternion q.
+template <class T>
+[[nodiscard]] constexpr Vec3<T> rotate(Quat q, Vec3<T> v) {
+  const Vec3d u{q.x, q.y, q.z};
+  const Vec3d p = vec_cast<double>(v);
+  const Vec3d t = cross(u, p) * 2.0;
+  return vec_cast<T>(p + t * q.w + cross(u, t));
+}
+
+/// T_a_b: maps points of b into a, p_a = rotation p_b + translation.
+struct Pose {
+  Quat rotation;
+  Vec3d translation;
+};
+
+}  // namespace lightwell

@@ -1,0 +1,54 @@
+// Real spherical harmonics: orthonormal, no Condon-Shortley phase, index l(l+1)+m, band 1 in the order y, z, x.
+//   sh_basis      values of all functions up to a band at a direction
+//   Sh<Quantity>  coefficients per channel: RadianceSh, IrradianceSh
+//   evaluate, rotated, irradiance_of
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <lightwell/color.hpp>
+#include <lightwell/geometry.hpp>
+#include <span>
+
+namespace lightwell {
+
+/// Highest band of a descriptor.
+inline constexpr int kMaxBand = 6;
+/// Highest band that sh_basis knows; the estimators look at more than they send.
+inline constexpr int kMaxBasisBand = 16;
+
+[[nodiscard]] constexpr int sh_count(int band) { return (band + 1) * (band + 1); }
+[[nodiscard]] constexpr int sh_index(int l, int m) { return l * (l + 1) + m; }
+
+/// Fills out[0 .. sh_count(band)) with the functions at the unit vector d. band: 0 to kMaxBasisBand.
+/// Normalised associated Legendre recursion without the sine factor (Sloan 2013, "Efficient Spherical Harmonic
+/// Evaluation"): no pole, no division by zero.
+void sh_basis(int band, Vec3d d, std::span<double> out);
+void sh_basis(int band, Vec3f d, std::span<float> out);
+
+/// Coefficients of one quantity over directions.
+template <class Quantity>
+struct Sh {
+  int band = 0;
+  std::array<Rgb<Quantity>, sh_count(kMaxBand)> c{};
+
+  [[nodiscard]] int count() const { return sh_count(band); }
+  friend bool operator==(const Sh&, const Sh&) = default;
+};
+
+/// Radiance from each direction.
+using RadianceSh = Sh<RadianceTag>;
+/// Irradiance at each normal.
+using IrradianceSh = Sh<IrradianceTag>;
+
+/// The value at the unit vector d.
+[[nodiscard]] Radiance evaluate(const RadianceSh& sh, Vec3f d);
+[[nodiscard]] Irradiance evaluate(const IrradianceSh& sh, Vec3f normal);
+
+/// The same light seen from a frame turned by q: rotated(f)(q d) = f(d). Exact up to rounding, about 20 µs.
+[[nodiscard]] RadianceSh rotated(const RadianceSh& sh, Quat q);
+
+/// Convolution with the clipped cosine: E_lm = A_l L_lm (Ramamoorthi & Hanrahan 2001, eq. 7).
+[[nodiscard]] IrradianceSh irradiance_of(const RadianceSh& sh);
+
+}  // namespace lightwell

@@ -1,0 +1,87 @@
+// Pixel encodings: how bytes of a picture become linear numbers, and back.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace lightwell {
+
+enum class PixelFormat : std::uint8_t {
+  rgb8,          ///< r, g, b bytes.
+  nv12,          ///< Full-size Y plane, then interleaved Cb Cr at half size, same stride. BT.601, limited range.
+  yuyv,          ///< Y0 Cb Y1 Cr. BT.601, limited range. What V4L2 means by V4L2_PIX_FMT_YUYV from a webcam.
+  bayer_rggb10,  ///< 16-bit little-endian words, the low 10 bits used; red at the top left.
+  bayer_rggb12,  ///< 16-bit little-endian words, the low 12 bits used; red at the top left.
+  rgb_f32,       ///< r, g, b 32-bit floats: radiance itself, no ceiling, no vignetting. HDR pictures, the ideal sensor.
+};
+
+inline constexpr std::array kPixelFormats = {PixelFormat::rgb8,         PixelFormat::nv12,
+                                             PixelFormat::yuyv,         PixelFormat::bayer_rggb10,
+                                             PixelFormat::bayer_rggb12, PixelFormat::rgb_f32};
+
+[[nodiscard]] constexpr std::string_view to_string(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::rgb8: return "rgb8";
+    case PixelFormat::nv12: return "nv12";
+    case PixelFormat::yuyv: return "yuyv";
+    case PixelFormat::bayer_rggb10: return "bayer10";
+    case PixelFormat::bayer_rggb12: return "bayer12";
+    case PixelFormat::rgb_f32: return "rgb_f32";
+  }
+  return "unknown";
+}
+
+[[nodiscard]] constexpr std::optional<PixelFormat> pixel_format_of(std::string_view name) {
+  for (const PixelFormat f : kPixelFormats)
+    if (to_string(f) == name) return f;
+  return std::nullopt;
+}
+
+/// Bytes from one row to the next where nothing is padded.
+[[nodiscard]] constexpr std::size_t packed_stride(PixelFormat format, int width) {
+  const auto w = static_cast<std::size_t>(width);
+  switch (format) {
+    case PixelFormat::rgb8: return 3 * w;
+    case PixelFormat::nv12: return w;
+    case PixelFormat::yuyv:
+    case PixelFormat::bayer_rggb10:
+    case PixelFormat::bayer_rggb12: return 2 * w;
+    case PixelFormat::rgb_f32: return 12 * w;
+  }
+  return 0;
+}
+
+/// Bytes of a whole picture. Width and height must be even for nv12, yuyv (width) and Bayer.
+[[nodiscard]] constexpr std::size_t picture_bytes(PixelFormat format, std::size_t stride, int height) {
+  const auto h = static_cast<std::size_t>(height);
+  return format == PixelFormat::nv12 ? stride * h + stride * (h / 2) : stride * h;
+}
+
+/// IEC 61966-2-1: linear light of an sRGB value, both 0 to 1.
+[[nodiscard]] inline double srgb_to_linear(double v) {
+  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+[[nodiscard]] inline double linear_to_srgb(double x) {
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+}
+
+/// Gamma-encoded r, g, b (0 to 1) of BT.601 limited-range bytes; out-of-gamut values are clamped.
+[[nodiscard]] inline std::array<float, 3> rgb_of_ycbcr601(int y, int cb, int cr) {
+  const float l = 1.164384F * static_cast<float>(y - 16);
+  const auto b = static_cast<float>(cb - 128), r = static_cast<float>(cr - 128);
+  const auto unit = [](float v) {
+    const float x = v / 255;
+    return x < 0 ? 0.0F : x > 1 ? 1.0F : x;
+  };
+  return {unit(l + 1.596027F * r), unit(l - 0.391762F * b - 0.812968F * r), unit(l + 2.017232F * b)};
+}
+
+/// RGB9E5 (OpenGL 4.6 specification, 8.5.2): shared exponent, red in the lowest nine bits. Negative and NaN become 0.
+[[nodiscard]] std::uint32_t rgb9e5_encode(float r, float g, float b);
+[[nodiscard]] std::array<float, 3> rgb9e5_decode(std::uint32_t v);
+
+}  // namespace lightwell

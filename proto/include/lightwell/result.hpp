@@ -1,0 +1,78 @@
+// Status and Result: how every Lightwell library says that something went wrong. Nothing here throws.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace lightwell {
+
+enum class StatusCode : std::uint8_t {
+  ok,
+  invalid_argument,     ///< The caller's input can never work; the message names what and where.
+  not_found,            ///< A file, a device, a probe that is not there.
+  data_loss,            ///< Input is truncated or damaged.
+  failed_precondition,  ///< Not now: the message says what must come first.
+  unavailable,          ///< A peer or a device is away; trying again may work.
+  resource_exhausted,   ///< A cap, a disk, a port.
+  internal,             ///< A defect of ours or of a library below.
+};
+
+/// The name of a code as it is written in messages and JSON, "invalid_argument".
+[[nodiscard]] constexpr std::string_view to_string(StatusCode code) {
+  switch (code) {
+    case StatusCode::ok: return "ok";
+    case StatusCode::invalid_argument: return "invalid_argument";
+    case StatusCode::not_found: return "not_found";
+    case StatusCode::data_loss: return "data_loss";
+    case StatusCode::failed_precondition: return "failed_precondition";
+    case StatusCode::unavailable: return "unavailable";
+    case StatusCode::resource_exhausted: return "resource_exhausted";
+    case StatusCode::internal: return "internal";
+  }
+  return "unknown";
+}
+
+/// Success, or a code with a message meant for the person who has to mend it.
+class [[nodiscard]] Status {
+ public:
+  Status() = default;
+  Status(StatusCode code, std::string message) : code_(code), message_(std::move(message)) {}
+
+  [[nodiscard]] bool ok() const { return code_ == StatusCode::ok; }
+  [[nodiscard]] StatusCode code() const { return code_; }
+  [[nodiscard]] const std::string& message() const { return message_; }
+
+ private:
+  StatusCode code_ = StatusCode::ok;
+  std::string message_;
+};
+
+/// A value, or the status that says why there is none.
+template <class T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : held_(std::move(value)) {}          // NOLINT: meant to be implicit
+  Result(Status status) : held_(std::move(status)) {}  // NOLINT: meant to be implicit
+
+  [[nodiscard]] bool ok() const { return std::holds_alternative<T>(held_); }
+  explicit operator bool() const { return ok(); }
+
+  /// Only where ok().
+  [[nodiscard]] T& value() { return std::get<T>(held_); }
+  [[nodiscard]] const T& value() const { return std::get<T>(held_); }
+  T& operator*() { return value(); }
+  const T& operator*() const { return value(); }
+  T* operator->() { return &value(); }
+  const T* operator->() const { return &value(); }
+
+  /// ok() or the reason.
+  [[nodiscard]] Status status() const { return ok() ? Status() : std::get<Status>(held_); }
+
+ private:
+  std::variant<T, Status> held_;
+};
+
+}  // namespace lightwell

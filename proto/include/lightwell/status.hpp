@@ -1,0 +1,47 @@
+// What a probe tells of itself, and what it can be asked to do: the two faces that links and dashboards see.
+#pragma once
+
+#include <cstdint>
+#include <lightwell/config.hpp>
+#include <lightwell/geometry.hpp>
+#include <lightwell/result.hpp>
+#include <string>
+
+namespace lightwell {
+
+/// Since the start of the daemon. Meanings: proto/lightwell/v1/probe_service.proto.
+struct Counters {
+  std::uint64_t frames = 0;
+  std::uint64_t captures_dropped = 0;
+  std::uint64_t brackets_incomplete = 0;
+  std::uint64_t estimates = 0;
+  std::uint64_t estimates_failed = 0;
+  std::uint64_t descriptors_coalesced = 0;
+  std::uint32_t clients = 0;
+  std::uint64_t frames_recorded = 0;
+  std::uint64_t recording_faults = 0;
+};
+
+struct StatusSnapshot {
+  std::string probe_name;
+  std::uint32_t probe_id = 0;
+  std::uint32_t calibration_id = 0;
+  std::string version;
+  std::string camera;
+  Counters counters;
+};
+
+/// What links hand on from the outside. Called from any of a link's threads.
+class Commands {
+ public:
+  virtual ~Commands() = default;
+
+  [[nodiscard]] virtual StatusSnapshot status() const = 0;
+  [[nodiscard]] virtual EstimatorConfig estimator() const = 0;
+  /// Takes effect with the next capture. invalid_argument changes nothing.
+  [[nodiscard]] virtual Status set_estimator(const EstimatorConfig& config) = 0;
+  /// Scales radiance so that the irradiance at `normal` (unit, probe frame) is `lux`; returns the factor.
+  [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3d normal) = 0;
+};
+
+}  // namespace lightwell

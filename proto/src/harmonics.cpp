@@ -1,0 +1,149 @@
+#include <lightwell/harmonics.hpp>
+
+#include <cmath>
+#include <lightwell/lobes.hpp>
+#include <numbers>
+#include <vector>
+
+namespace lightwell {
+namespace {
+
+/// Factors of the normalised recursion in l at fixed m:
+///   Q_m^m     = start[m]  (times sqrt 2 for m > 0, which real functions need)
+///   Q_{m+1}^m = z sqrt(2m+3) Q_m^m
+///   Q_l^m     = a (z Q_{l-1}^m - b Q_{l-2}^m)
+struct Recursion {
+  std::array<double, kMaxBasisBand + 1> start{};
+  std::array<std::array<double, kMaxBasisBand + 1>, kMaxBasisBand + 1> a{}, b{};
+
+  Recursion() {
+    double diagonal = std::sqrt(0.25 / std::numbers::pi);
+    for (int m = 0; m <= kMaxBasisBand; ++m) {
+      if (m > 0) diagonal *= std::sqrt((2.0 * m + 1) / (2.0 * m));
+      start[m] = m > 0 ? std::numbers::sqrt2 * diagonal : diagonal;
+      for (int l = m + 1; l <= kMaxBasisBand; ++l) {
+        const double ll = l * l, mm = m * m, below = (l - 1.0) * (l - 1.0);
+        a[l][m] = std::sqrt((4 * ll - 1) / (ll - mm));
+        b[l][m] = std::sqrt((below - mm) / (4 * below - 1));
+      }
+    }
+  }
+};
+
+const Recursion kRecursion;
+
+template <class T>
+void basis(int band, Vec3<T> d, std::span<T> out) {
+  // Real and imaginary part of (x + iy)^m carry the azimuth and the sine factor together.
+  T re = 1, im = 0;
+  for (int m = 0; m <= band; ++m) {
+    T previous = 0, current = static_cast<T>(kRecursion.start[m]);
+    for (int l = m;; ++l) {
+      const auto at = static_cast<std::size_t>(l * (l + 1));
+      const auto order = static_cast<std::size_t>(m);
+      out[at + order] = current * re;
+      if (m > 0) out[at - order] = current * im;
+      if (l == band) break;
+      const T next = static_cast<T>(kRecursion.a[l + 1][m]) *
+                     (d.z * current - static_cast<T>(kRecursion.b[l + 1][m]) * previous);
+      previous = current;
+      current = next;
+    }
+    const T turned = re * d.x - im * d.y;
+    im = re * d.y + im * d.x;
+    re = turned;
+  }
+}
+
+template <class Quantity>
+Rgb<Quantity> evaluate_any(const Sh<Quantity>& sh, Vec3f d) {
+  std::array<float, sh_count(kMaxBand)> y;
+  basis<float>(sh.band, d, y);
+  Rgb<Quantity> sum;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sh.count()); ++i) sum += sh.c[i] * y[i];
+  return sum;
+}
+
+/// Nodes that integrate products of two functions of band kMaxBand exactly: Gauss-Legendre in z, even steps in
+/// azimuth.
+struct SphereRule {
+  struct Node {
+    Vec3d direction;
+    double weight;
+  };
+  std::vector<Node> nodes;
+
+  SphereRule() {
+    constexpr int rings = kMaxBand + 1, steps = 2 * kMaxBand + 1;
+    for (int i = 0; i < rings; ++i) {
+      // Newton on P_rings from Chebyshev's guess.
+      double z = std::cos(std::numbers::pi * (i + 0.75) / (rings + 0.5)), slope = 1;
+      for (int step = 0; step < 50; ++step) {
+        double p0 = 1, p1 = z;
+        for (int l = 2; l <= rings; ++l) {
+          const double p2 = ((2 * l - 1) * z * p1 - (l - 1) * p0) / l;
+          p0 = p1;
+          p1 = p2;
+        }
+        slope = rings * (z * p1 - p0) / (z * z - 1);
+        z -= p1 / slope;
+      }
+      const double ring_weight = 2 / ((1 - z * z) * slope * slope);
+      const double s = std::sqrt(1 - z * z);
+      for (int k = 0; k < steps; ++k) {
+        const double phi = 2 * std::numbers::pi * k / steps;
+        nodes.push_back({{s * std::cos(phi), s * std::sin(phi), z},
+                         ring_weight * 2 * std::numbers::pi / steps});
+      }
+    }
+  }
+};
+
+}  // namespace
+
+void sh_basis(int band, Vec3d d, std::span<double> out) { basis<double>(band, d, out); }
+void sh_basis(int band, Vec3f d, std::span<float> out) { basis<float>(band, d, out); }
+
+Radiance evaluate(const RadianceSh& sh, Vec3f d) { return evaluate_any(sh, d); }
+Irradiance evaluate(const IrradianceSh& sh, Vec3f normal) { return evaluate_any(sh, normal); }
+
+RadianceSh rotated(const RadianceSh& sh, Quat q) {
+  static const SphereRule rule;
+  const Quat unit = q.normalized();
+  const auto count = static_cast<std::size_t>(sh.count());
+  std::array<std::array<double, 3>, sh_count(kMaxBand)> sum{};
+  std::array<double, sh_count(kMaxBand)> here, there;
+  for (const SphereRule::Node& node : rule.nodes) {
+    // rotated(f)(d) = f(q^-1 d); projecting that back is exact, as both factors end at the same band.
+    basis<double>(sh.band, rotate(unit.inverse(), node.direction), there);
+    basis<double>(sh.band, node.direction, here);
+    double value[3] = {};
+    for (std::size_t i = 0; i < count; ++i) {
+      value[0] += sh.c[i].r * there[i];
+      value[1] += sh.c[i].g * there[i];
+      value[2] += sh.c[i].b * there[i];
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t k = 0; k < 3; ++k) sum[i][k] += node.weight * value[k] * here[i];
+  }
+  RadianceSh out;
+  out.band = sh.band;
+  for (std::size_t i = 0; i < count; ++i)
+    out.c[i] = {static_cast<float>(sum[i][0]), static_cast<float>(sum[i][1]), static_cast<float>(sum[i][2])};
+  return out;
+}
+
+IrradianceSh irradiance_of(const RadianceSh& sh) {
+  IrradianceSh out;
+  out.band = sh.band;
+  for (int l = 0; l <= sh.band; ++l) {
+    const auto a = static_cast<float>(cosine_lobe(l));
+    for (int m = -l; m <= l; ++m) {
+      const auto i = static_cast<std::size_t>(sh_index(l, m));
+      out.c[i] = {a * sh.c[i].r, a * sh.c[i].g, a * sh.c[i].b};
+    }
+  }
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,30 @@
+// Integers times a power of two: how the wire holds coefficients, irradiances and directions.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace lightwell {
+
+/// Magnitudes up to here take at most two bytes as a zigzag varint.
+inline constexpr std::int32_t kMantissaLimit = 8191;
+
+/// The smallest e for which |largest| / 2^e still rounds to at most kMantissaLimit; 0 for zero.
+[[nodiscard]] inline int exponent_for(float largest) {
+  if (!(largest > 0)) return 0;
+  int k = 0;
+  std::frexp(largest, &k);  // largest = f 2^k with f in [1/2, 1)
+  const int e = k - 13;
+  return std::nearbyint(std::ldexp(static_cast<double>(largest), -e)) > kMantissaLimit ? e + 1 : e;
+}
+
+[[nodiscard]] inline std::int32_t mantissa_of(float value, int exponent) {
+  return static_cast<std::int32_t>(std::nearbyint(std::ldexp(static_cast<double>(value), -exponent)));
+}
+
+[[nodiscard]] inline float value_of(std::int32_t mantissa, int exponent) {
+  return static_cast<float>(std::ldexp(static_cast<double>(mantissa), exponent));
+}
+
+}  // namespace lightwell

@@ -1,0 +1,245 @@
+#include <lightwell/recording.hpp>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "lightwell/v1/recording.pb.h"
+#include "message_values.hpp"
+
+namespace lightwell {
+namespace {
+
+// "LWREC", the container's version, and bytes that a transfer in text mode would break.
+constexpr std::array<unsigned char, 8> kMagic = {'L', 'W', 'R', 'E', 'C', 1, '\r', '\n'};
+constexpr std::size_t kRecordHead = 16;  // size u32, crc32c u32, time i64; little-endian.
+
+template <class T>
+void put_le(unsigned char* at, T value) {
+  for (std::size_t i = 0; i < sizeof(T); ++i)
+    at[i] = static_cast<unsigned char>(static_cast<std::uint64_t>(value) >> (8 * i));
+}
+
+template <class T>
+T get_le(const unsigned char* at) {
+  std::uint64_t v = 0;
+  for (std::size_t i = 0; i < sizeof(T); ++i) v |= static_cast<std::uint64_t>(at[i]) << (8 * i);
+  return static_cast<T>(v);
+}
+
+std::uint32_t record_crc(const unsigned char* time, std::span<const std::byte> payload) {
+  const std::uint32_t head = crc32c(std::as_bytes(std::span(time, 8)));
+  return crc32c(payload, head);
+}
+
+std::span<const std::byte> bytes_of(const std::string& s) { return std::as_bytes(std::span(s)); }
+
+v1::RecordingHeader header_message(const RecordingHeader& h) {
+  v1::RecordingHeader m;
+  m.set_kind(static_cast<v1::RecordingHeader::Kind>(h.kind));
+  m.set_probe_name(h.probe_name);
+  m.set_version(h.version);
+  if (h.calibration) *m.mutable_calibration() = rig_to(*h.calibration);
+  return m;
+}
+
+Status write_error(const std::string& what) {
+  const bool full = errno == ENOSPC || errno == EFBIG || errno == EDQUOT;
+  return {full ? StatusCode::resource_exhausted : StatusCode::data_loss, what + ": " + std::strerror(errno)};
+}
+
+}  // namespace
+
+std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t seed) {
+  static const auto table = [] {
+    std::array<std::uint32_t, 256> t{};
+    for (std::uint32_t i = 0; i < 256; ++i) {
+      std::uint32_t v = i;
+      for (int k = 0; k < 8; ++k) v = (v & 1U) != 0 ? v >> 1 ^ 0x82F63B78U : v >> 1;
+      t[i] = v;
+    }
+    return t;
+  }();
+  std::uint32_t crc = ~seed;
+  for (const std::byte b : bytes) crc = crc >> 8 ^ table[(crc ^ std::to_integer<std::uint32_t>(b)) & 255U];
+  return ~crc;
+}
+
+Result<RecordWriter> RecordWriter::open(const std::string& path, const RecordingHeader& header) {
+  std::uint64_t keep = 0;
+  if (std::FILE* probe = std::fopen(path.c_str(), "rb")) {
+    std::fseek(probe, 0, SEEK_END);
+    const bool empty = std::ftell(probe) == 0;
+    std::fclose(probe);
+    if (!empty) {
+      Result<RecordReader> old = RecordReader::open(path);
+      if (!old)
+        return Status(StatusCode::failed_precondition,
+                      path + " is there and is no recording; it is left alone, choose another name (" +
+                          old.status().message() + ")");
+      if (old->header().kind != header.kind)
+        return Status(StatusCode::failed_precondition, path + " is a recording of another kind; choose another name");
+      Record skipped;
+      while (old->next(skipped)) {
+      }
+      keep = old->good_bytes();
+    }
+  }
+  if (keep > 0) {
+    std::error_code error;
+    std::filesystem::resize_file(path, keep, error);
+    if (error) return Status(StatusCode::data_loss, path + ": " + error.message());
+  }
+  std::FILE* file = std::fopen(path.c_str(), keep > 0 ? "ab" : "wb");
+  if (file == nullptr) return Status(StatusCode::not_found, path + ": " + std::strerror(errno));
+  RecordWriter writer(file);
+  if (keep > 0) return writer;
+  if (std::fwrite(kMagic.data(), 1, kMagic.size(), file) != kMagic.size()) return write_error(path);
+  const std::string message = header_message(header).SerializeAsString();
+  if (const Status s = writer.append(0, bytes_of(message)); !s.ok()) return Status(s.code(), path + ": " + s.message());
+  if (const Status s = writer.flush(); !s.ok()) return Status(s.code(), path + ": " + s.message());
+  return writer;
+}
+
+Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> payload) {
+  if (payload.size() > kMaxRecordBytes) return {StatusCode::invalid_argument, "a record is larger than 1 GiB"};
+  unsigned char head[kRecordHead];
+  put_le(head, static_cast<std::uint32_t>(payload.size()));
+  put_le(head + 8, time_ns);
+  put_le(head + 4, record_crc(head + 8, payload));
+  if (std::fwrite(head, 1, sizeof head, file_.get()) != sizeof head ||
+      std::fwrite(payload.data(), 1, payload.size(), file_.get()) != payload.size())
+    return write_error("recording");
+  return {};
+}
+
+Status RecordWriter::flush() {
+  if (std::fflush(file_.get()) != 0) return write_error("recording");
+  return {};
+}
+
+Result<RecordReader> RecordReader::open(const std::string& path) {
+  RecordReader reader;
+  reader.file_.reset(std::fopen(path.c_str(), "rb"));
+  if (!reader.file_) return Status(StatusCode::not_found, path + ": " + std::strerror(errno));
+  std::FILE* f = reader.file_.get();
+  std::fseek(f, 0, SEEK_END);
+  reader.file_bytes_ = static_cast<std::uint64_t>(std::max(0L, std::ftell(f)));
+  std::fseek(f, 0, SEEK_SET);
+  std::array<unsigned char, 8> magic{};
+  if (std::fread(magic.data(), 1, magic.size(), f) != magic.size() ||
+      std::memcmp(magic.data(), kMagic.data(), 5) != 0)
+    return Status(StatusCode::data_loss, path + ": no Lightwell recording (its first bytes are not \"LWREC\")");
+  if (magic[5] != kMagic[5])
+    return Status(StatusCode::data_loss, path + ": container version " + std::to_string(magic[5]) +
+                                             " is not known here; a newer lightwell may read it");
+  if (magic != kMagic)
+    return Status(StatusCode::data_loss, path + ": damaged by a transfer in text mode; copy it again in binary mode");
+  reader.good_bytes_ = kMagic.size();
+  Record first;
+  v1::RecordingHeader m;
+  if (!reader.read(first) || !m.ParseFromArray(first.payload.data(), static_cast<int>(first.payload.size())) ||
+      (m.kind() != v1::RecordingHeader::DESCRIPTORS && m.kind() != v1::RecordingHeader::FRAMES))
+    return Status(StatusCode::data_loss, path + ": the recording's header is damaged");
+  reader.header_.kind = static_cast<RecordingKind>(m.kind());
+  reader.header_.probe_name = m.probe_name();
+  reader.header_.version = m.version();
+  if (m.has_calibration()) {
+    reader.header_.calibration = rig_from(m.calibration());
+    if (const Status s = reader.header_.calibration->validate(); !s.ok())
+      return Status(StatusCode::data_loss, path + ": the calibration inside is impossible: " + s.message());
+  }
+  reader.first_ = reader.good_bytes_;
+  return reader;
+}
+
+bool RecordReader::read(Record& out) {
+  unsigned char head[kRecordHead];
+  const auto torn = [this] {
+    torn_bytes_ = file_bytes_ - good_bytes_;
+    return false;
+  };
+  if (std::fread(head, 1, sizeof head, file_.get()) != sizeof head) return torn();
+  const auto size = get_le<std::uint32_t>(head);
+  // A damaged size must not make us ask for memory that the file cannot fill.
+  if (size > kMaxRecordBytes || good_bytes_ + kRecordHead + size > file_bytes_) return torn();
+  out.payload.resize(size);
+  if (std::fread(out.payload.data(), 1, size, file_.get()) != size) return torn();
+  if (record_crc(head + 8, out.payload) != get_le<std::uint32_t>(head + 4)) return torn();
+  out.time_ns = get_le<std::int64_t>(head + 8);
+  good_bytes_ += kRecordHead + size;
+  return true;
+}
+
+bool RecordReader::next(Record& out) { return torn_bytes_ == 0 && read(out); }
+
+void RecordReader::rewind() {
+  std::fseek(file_.get(), static_cast<long>(first_), SEEK_SET);
+  good_bytes_ = first_;
+  torn_bytes_ = 0;
+}
+
+void encode_frame_record(const FrameRecord& frame, std::vector<std::byte>& out) {
+  // The message is kept per thread so that its buffers are used again: frames are large.
+  thread_local v1::FrameRecord m;
+  m.Clear();
+  m.set_sequence(frame.sequence);
+  m.set_mid_exposure_ns(static_cast<std::uint64_t>(frame.mid_exposure.ns));
+  m.set_exposure_s(frame.exposure_s);
+  m.set_gain(frame.gain);
+  m.set_row_readout_ns(static_cast<std::uint64_t>(frame.row_readout.ns));
+  m.set_bracket_index(static_cast<std::uint32_t>(frame.bracket_index));
+  m.set_bracket_size(static_cast<std::uint32_t>(frame.bracket_size));
+  for (const RecordedView& v : frame.views) {
+    v1::ViewRecord& view = *m.add_view();
+    view.set_lens(static_cast<std::uint32_t>(v.lens));
+    view.set_format(std::string(to_string(v.format)));
+    view.set_width(static_cast<std::uint32_t>(v.width));
+    view.set_height(static_cast<std::uint32_t>(v.height));
+    view.set_stride(static_cast<std::uint32_t>(v.stride));
+    view.mutable_data()->assign(reinterpret_cast<const char*>(v.data.data()), v.data.size());
+  }
+  out.resize(m.ByteSizeLong());
+  m.SerializeToArray(out.data(), static_cast<int>(out.size()));
+}
+
+struct DecodedFrame::State {
+  v1::FrameRecord message;
+};
+
+DecodedFrame::DecodedFrame() : state_(std::make_unique<State>()) {}
+DecodedFrame::~DecodedFrame() = default;
+DecodedFrame::DecodedFrame(DecodedFrame&&) noexcept = default;
+DecodedFrame& DecodedFrame::operator=(DecodedFrame&&) noexcept = default;
+
+Status DecodedFrame::decode(std::span<const std::byte> payload) {
+  v1::FrameRecord& m = state_->message;
+  frame = {};
+  if (!m.ParseFromArray(payload.data(), static_cast<int>(payload.size())))
+    return {StatusCode::data_loss, "frame record: no message"};
+  frame.sequence = m.sequence();
+  frame.mid_exposure = {static_cast<std::int64_t>(m.mid_exposure_ns())};
+  frame.exposure_s = m.exposure_s();
+  frame.gain = m.gain();
+  frame.row_readout = {static_cast<std::int64_t>(m.row_readout_ns())};
+  frame.bracket_index = static_cast<int>(m.bracket_index());
+  frame.bracket_size = static_cast<int>(m.bracket_size());
+  if (m.bracket_size() < 1 || m.bracket_size() > 8 || m.bracket_index() >= m.bracket_size())
+    return {StatusCode::invalid_argument, "frame record: bracket_index and bracket_size do not fit"};
+  for (const v1::ViewRecord& v : m.view()) {
+    const auto format = pixel_format_of(v.format());
+    if (!format) return {StatusCode::invalid_argument, "frame record: view.format '" + v.format() + "' is not known"};
+    if (v.width() < 1 || v.width() > 16384 || v.height() < 1 || v.height() > 16384)
+      return {StatusCode::invalid_argument, "frame record: view.width or height is impossible"};
+    const auto width = static_cast<int>(v.width()), height = static_cast<int>(v.height());
+    if (v.stride() < packed_stride(*format, width) || v.data().size() < picture_bytes(*format, v.stride(), height))
+      return {StatusCode::invalid_argument, "frame record: view.data is shorter than its size says"};
+    frame.views.push_back({static_cast<int>(v.lens()), *format, width, height, v.stride(), bytes_of(v.data())});
+  }
+  if (frame.views.empty() || frame.views.size() > 2)
+    return {StatusCode::invalid_argument, "frame record: a frame has one or two views"};
+  return {};
+}
+
+}  // namespace lightwell

@@ -1,0 +1,19 @@
+// Messages in protobuf text format, with errors that a person can act on.
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <lightwell/result.hpp>
+#include <string>
+#include <string_view>
+
+namespace lightwell {
+
+/// The whole file. not_found or data_loss, naming the path.
+[[nodiscard]] Result<std::string> read_text_file(const std::string& path);
+
+/// Fills `message`. Errors: "NAME:LINE:COLUMN: what; did you mean 'nearest'?".
+[[nodiscard]] Status parse_text_message(std::string_view text, const std::string& name,
+                                        google::protobuf::Message& message);
+
+}  // namespace lightwell

@@ -1,0 +1,62 @@
+#include <gtest/gtest.h>
+
+#include <lightwell/config.hpp>
+
+namespace lightwell {
+namespace {
+
+std::string refusal(std::string_view text) {
+  const auto c = parse_config(text, "probe.textproto");
+  EXPECT_FALSE(c.ok());
+  return c.status().message();
+}
+
+TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
+  const auto c = parse_config("camera { uri: \"sim:city\" }", "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->probe_name, "lightwell");
+  EXPECT_EQ(c->camera.width, 640);
+  EXPECT_EQ(c->camera.height, 480);
+  EXPECT_EQ(c->camera.frame_rate, 30);
+  EXPECT_EQ(c->estimator.band, 4);
+  EXPECT_EQ(c->estimator.max_lights, 8);
+  EXPECT_EQ(c->grpc_listen, "127.0.0.1:7420");
+}
+
+TEST(Config, SetToZeroWhereZeroMeansSomethingIsZero) {
+  const auto c = parse_config("camera { uri: \"sim:city\" } estimator { band: 0 max_lights: 0 }", "x");
+  ASSERT_TRUE(c.ok());
+  EXPECT_EQ(c->estimator.band, 0);
+  EXPECT_EQ(c->estimator.max_lights, 0);
+}
+
+TEST(Config, WithAnUnknownFieldNamesFileLineAndTheNearestName) {
+  const std::string m = refusal("probe_name: \"a\"\ncamera {\n  uri: \"sim:city\"\n  frame_rat: 30\n}\n");
+  EXPECT_NE(m.find("probe.textproto:4:"), std::string::npos) << m;
+  EXPECT_NE(m.find("frame_rate"), std::string::npos) << m;
+  EXPECT_NE(m.find("did you mean"), std::string::npos) << m;
+}
+
+TEST(Config, WithAFieldLikeNoOtherListsWhatThereIs) {
+  const std::string m = refusal("zzzzzzzzzzzzz: 1");
+  EXPECT_NE(m.find("probe.textproto:1:"), std::string::npos) << m;
+  EXPECT_NE(m.find("camera"), std::string::npos) << m;
+}
+
+TEST(Config, ThatCannotWorkIsRefusedByName) {
+  EXPECT_NE(refusal("camera { width: 640 }").find("camera.uri"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" width: 3 }").find("size"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" exposure_s: -1 }").find("exposure_s"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" exposure_s: nan }").find("exposure_s"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { band: 9 }").find("band"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { max_lights: 65 }").find("max_lights"), std::string::npos);
+}
+
+TEST(Config, OfAMissingFileNamesIt) {
+  const auto c = load_config("/nonexistent/probe.textproto");
+  EXPECT_EQ(c.status().code(), StatusCode::not_found);
+  EXPECT_NE(c.status().message().find("/nonexistent/probe.textproto"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lightwell

@@ -1,0 +1,86 @@
+#include "golden_vectors.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace lightwell {
+namespace {
+
+Descriptor base() {
+  Descriptor d;
+  d.sequence = 7;
+  d.time = {{1'000'000'000}, {12'000'000}, {15'000'000}};
+  d.coverage = 1;
+  d.bound = {0.01F, 0.005F, 0.002F, 0.0005F, 0.0002F};
+  d.probe_id = identity_of("golden");
+  d.calibration_id = 0x12345678;
+  return d;
+}
+
+Descriptor smallest() {
+  Descriptor d;
+  d.flags.set(Flag::dark);
+  d.bound.total = std::numeric_limits<float>::infinity();
+  return d;
+}
+
+Descriptor constant() {
+  Descriptor d = base();
+  d.radiance.c[0] = {3.5449077F, 1.7724539F, 0.8862269F};
+  return d;
+}
+
+Descriptor lamp_at_plus_x() {
+  Descriptor d = base();
+  d.radiance.band = 2;
+  for (std::size_t i = 0; i < 9; ++i)
+    d.radiance.c[i] = {1.0F / static_cast<float>(i + 1), -0.5F / static_cast<float>(i + 1), 0.125F};
+  Light l;
+  l.direction = {1, 0, 0};
+  l.irradiance = {10, 8, 5};
+  l.angular_radius_rad = 0.05F;
+  l.direction_covariance = {1e-6F, 0, 2e-6F};
+  l.track = 3;
+  d.lights = {l};
+  return d;
+}
+
+/// Every field at once, every number as large as it may be.
+Descriptor fullest() {
+  Descriptor d = base();
+  d.sequence = std::numeric_limits<std::uint64_t>::max();
+  d.units = Units::absolute;
+  d.radiance.band = kMaxBand;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sh_count(kMaxBand)); ++i)
+    d.radiance.c[i] = {static_cast<float>(i % 2 == 0 ? 8191 : -8191), 8190, -8189};
+  for (std::size_t i = 0; i < kMaxLights; ++i) {
+    Light l;
+    const float a = 0.1F * static_cast<float>(i);
+    l.direction = {std::round(std::sin(a)), 0, std::round(std::sin(a)) == 0 ? -1.0F : 0.0F};
+    l.irradiance = {1e6F, 1e5F, static_cast<float>(i)};
+    l.angular_radius_rad = 1.5F;
+    l.direction_covariance = {0.25F, -0.125F, 0.5F};
+    l.track = static_cast<std::uint32_t>(i + 1);
+    d.lights.push_back(l);
+  }
+  EnvironmentMap map;
+  map.edge = 8;
+  map.roughness = {0, 0.5F};
+  for (std::uint32_t i = 0; i < 64 + 16; ++i) map.texels.push_back(i * 0x01010101U);
+  d.environment = map;
+  d.saturated = 0.25F;
+  for (const Flag f : kFlags) d.flags.set(f);
+  d.bound.total = std::numeric_limits<float>::infinity();
+  return d;
+}
+
+}  // namespace
+
+std::vector<GoldenVector> golden_vectors() {
+  return {{"v1_smallest", smallest()},
+          {"v1_constant", constant()},
+          {"v1_lamp_at_plus_x", lamp_at_plus_x()},
+          {"v1_fullest", fullest()}};
+}
+
+}  // namespace lightwell

@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <lightwell/equirect.hpp>
+#include <lightwell/octahedral.hpp>
+#include <lightwell/pixel.hpp>
+
+#include "reference/panorama.hpp"
+#include "reference/vector.hpp"
+
+namespace lightwell {
+namespace {
+
+namespace ref = reference;
+
+// Written by hand from HOUSE.md: the centre is -Z, to the right is +X, the top row is +Y.
+TEST(Equirect, LooksAlongMinusZWithXToTheRight) {
+  const Vec3d centre = equirect_direction(0.5, 0.5), right = equirect_direction(0.75, 0.5), top = equirect_direction(0.3, 0);
+  EXPECT_NEAR(centre.z, -1, 1e-12);
+  EXPECT_NEAR(right.x, 1, 1e-12);
+  EXPECT_NEAR(top.y, 1, 1e-12);
+}
+
+TEST(Equirect, IsTheOraclesMapping) {
+  for (int j = 0; j < 16; ++j) {
+    EXPECT_NEAR(equirect_solid_angle(j, 32, 16), ref::pixel_solid_angle(j, 32, 16), 1e-15);
+    for (int i = 0; i < 32; ++i) {
+      const Vec3d d = equirect_direction((i + 0.5) / 32, (j + 0.5) / 16);
+      const ref::V3 truth = ref::pixel_direction(i, j, 32, 16);
+      EXPECT_NEAR(d.x, truth.x, 1e-14);
+      EXPECT_NEAR(d.y, truth.y, 1e-14);
+      EXPECT_NEAR(d.z, truth.z, 1e-14);
+    }
+  }
+}
+
+TEST(Equirect, ThereAndBackIsTheSameDirection) {
+  for (const ref::V3& p : ref::fibonacci_normals(500)) {
+    const EquirectUv uv = equirect_uv({p.x, p.y, p.z});
+    ASSERT_GE(uv.u, 0);
+    ASSERT_LT(uv.u, 1);
+    const Vec3d d = equirect_direction(uv.u, uv.v);
+    EXPECT_NEAR(length(d - Vec3d{p.x, p.y, p.z}), 0, 1e-12);
+  }
+}
+
+TEST(Octahedral, ThereAndBackIsTheSameDirectionPolesAndFoldsIncluded) {
+  std::vector<Vec3f> all = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0, 0, 1}, {-1, 0, 0}, {0, 0, -1}};
+  for (const ref::V3& p : ref::fibonacci_normals(500)) all.push_back(vec_cast<float>(Vec3d{p.x, p.y, p.z}));
+  for (const Vec3f& d : all) {
+    const OctUv uv = oct_encode(d);
+    ASSERT_TRUE(uv.u >= 0 && uv.u <= 1 && uv.v >= 0 && uv.v <= 1);
+    EXPECT_NEAR(length(oct_decode(uv) - d), 0, 1e-6);
+  }
+}
+
+TEST(Rgb9e5, HoldsNineBitsOverThirtyOneOctaves) {
+  for (float v = 1e-4F; v < 6e4F; v *= 1.7F) {
+    const auto back = rgb9e5_decode(rgb9e5_encode(v, v / 2, v / 3));
+    // Half of the last of nine bits of the largest channel.
+    EXPECT_NEAR(back[0], v, v / 511) << v;
+    EXPECT_NEAR(back[1], v / 2, v / 511) << v;
+  }
+}
+
+TEST(Rgb9e5, TakesWhatIsNoLightForDarknessAndTheTooBrightForTheBrightest) {
+  EXPECT_EQ(rgb9e5_encode(std::numeric_limits<float>::quiet_NaN(), -1, 0), 0U);
+  EXPECT_NEAR(rgb9e5_decode(rgb9e5_encode(1e9F, 0, 0))[0], 65408, 1);
+}
+
+TEST(Ycbcr, HasWhiteBlackAndThePrimariesOfBt601LimitedRange) {
+  const auto white = rgb_of_ycbcr601(235, 128, 128), black = rgb_of_ycbcr601(16, 128, 128), red = rgb_of_ycbcr601(81, 90, 240);
+  for (const float v : white) EXPECT_NEAR(v, 1, 1e-5);
+  for (const float v : black) EXPECT_NEAR(v, 0, 1e-5);
+  // Bytes are rounded: a step of chroma is 0.008.
+  EXPECT_NEAR(red[0], 1, 0.01);
+  EXPECT_NEAR(red[1], 0, 0.01);
+  EXPECT_NEAR(red[2], 0, 0.01);
+}
+
+TEST(Srgb, ThereAndBackIsTheSame) {
+  for (int i = 0; i <= 255; ++i) EXPECT_NEAR(linear_to_srgb(srgb_to_linear(i / 255.0)), i / 255.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace lightwell

@@ -1,0 +1,137 @@
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <lightwell/recording.hpp>
+
+namespace lightwell {
+namespace {
+
+class Recording : public testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = (std::filesystem::temp_directory_path() /
+             ("lw_recording_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + "_" +
+              ::testing::UnitTest::GetInstance()->current_test_info()->name()))
+                .string();
+    std::filesystem::remove(path_);
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+
+  static std::vector<std::byte> bytes(const std::string& s) {
+    const auto b = std::as_bytes(std::span(s));
+    return {b.begin(), b.end()};
+  }
+  void write(const std::vector<std::string>& payloads) {
+    auto writer = RecordWriter::open(path_, {RecordingKind::descriptors, "probe", "1", std::nullopt});
+    ASSERT_TRUE(writer.ok()) << writer.status().message();
+    for (const std::string& p : payloads) ASSERT_TRUE(writer->append(++time_, bytes(p)).ok());
+    ASSERT_TRUE(writer->flush().ok());
+  }
+  std::vector<std::string> read(std::uint64_t* torn = nullptr) {
+    auto reader = RecordReader::open(path_);
+    EXPECT_TRUE(reader.ok()) << reader.status().message();
+    std::vector<std::string> out;
+    Record r;
+    while (reader->next(r)) out.emplace_back(reinterpret_cast<const char*>(r.payload.data()), r.payload.size());
+    if (torn != nullptr) *torn = reader->torn_bytes();
+    return out;
+  }
+
+  std::string path_;
+  std::int64_t time_ = 0;
+};
+
+TEST_F(Recording, KeepsBytesAsTheyCameEmptyOnesToo) {
+  const std::vector<std::string> all = {"one", "", std::string("\0\xFF", 2), std::string(100000, 'x')};
+  write(all);
+  EXPECT_EQ(read(), all);
+}
+
+TEST_F(Recording, CutOffAnywhereKeepsWhatIsWholeAndGoesOnFromThere) {
+  write({"first", "second", "third"});
+  const auto size = std::filesystem::file_size(path_);
+  // "third" with its head is 21 bytes; every cut inside it loses it alone.
+  for (std::uintmax_t cut = 1; cut <= 20; ++cut) {
+    std::filesystem::resize_file(path_, size - cut);
+    std::uint64_t torn = 0;
+    EXPECT_EQ(read(&torn), (std::vector<std::string>{"first", "second"}));
+    EXPECT_EQ(torn, 21 - cut);
+    write({"third"});
+    EXPECT_EQ(read(&torn), (std::vector<std::string>{"first", "second", "third"}));
+    EXPECT_EQ(torn, 0U);
+    ASSERT_EQ(std::filesystem::file_size(path_), size);
+  }
+}
+
+TEST_F(Recording, EndsAtADamagedRecord) {
+  write({"first", "second", "third"});
+  std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(-25, std::ios::end);
+  file.put('!');
+  file.close();
+  std::uint64_t torn = 0;
+  EXPECT_EQ(read(&torn), (std::vector<std::string>{"first"}));
+  EXPECT_GT(torn, 0U);
+}
+
+TEST_F(Recording, LeavesAFileThatIsNoneAlone) {
+  std::ofstream(path_) << "my diary";
+  const auto writer = RecordWriter::open(path_, {RecordingKind::descriptors, "probe", "1", std::nullopt});
+  EXPECT_EQ(writer.status().code(), StatusCode::failed_precondition);
+  std::ifstream in(path_);
+  std::string text;
+  std::getline(in, text);
+  EXPECT_EQ(text, "my diary");
+}
+
+TEST_F(Recording, OfAnotherKindIsNotContinued) {
+  write({"a"});
+  EXPECT_FALSE(RecordWriter::open(path_, {RecordingKind::frames, "probe", "1", std::nullopt}).ok());
+}
+
+TEST_F(Recording, OnAFullDiskSaysSo) {
+  if (!std::filesystem::exists("/dev/full")) FAIL() << "this machine has no /dev/full";
+  std::filesystem::create_symlink("/dev/full", path_);
+  auto writer = RecordWriter::open(path_, {RecordingKind::descriptors, "probe", "1", std::nullopt});
+  EXPECT_EQ(writer.status().code(), StatusCode::resource_exhausted) << writer.status().message();
+}
+
+TEST(Crc32c, IsThatOfRfc3720) {
+  // RFC 3720, B.4: 32 bytes of zeroes, of ones, and counting up.
+  std::vector<std::byte> v(32);
+  EXPECT_EQ(crc32c(v), 0x8A9136AAU);
+  for (auto& b : v) b = std::byte{0xFF};
+  EXPECT_EQ(crc32c(v), 0x62A8AB43U);
+  for (std::size_t i = 0; i < 32; ++i) v[i] = static_cast<std::byte>(i);
+  EXPECT_EQ(crc32c(v), 0x46DD794EU);
+  EXPECT_EQ(crc32c(std::span(v).subspan(16), crc32c(std::span(v).first(16))), 0x46DD794EU);
+}
+
+TEST(FrameRecord, KeepsMetadataAndPictures) {
+  std::vector<std::byte> pixels(3 * 4 * 2);
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::byte>(i);
+  FrameRecord f;
+  f.sequence = 9;
+  f.mid_exposure = {123};
+  f.exposure_s = 0.01;
+  f.gain = 2;
+  f.bracket_index = 1;
+  f.bracket_size = 3;
+  f.views.push_back({1, PixelFormat::rgb8, 4, 2, 12, pixels});
+  std::vector<std::byte> payload;
+  encode_frame_record(f, payload);
+  DecodedFrame back;
+  ASSERT_TRUE(back.decode(payload).ok());
+  EXPECT_EQ(back.frame.sequence, 9U);
+  EXPECT_EQ(back.frame.exposure_s, 0.01);
+  EXPECT_EQ(back.frame.bracket_size, 3);
+  ASSERT_EQ(back.frame.views.size(), 1U);
+  EXPECT_EQ(back.frame.views[0].format, PixelFormat::rgb8);
+  EXPECT_TRUE(std::equal(pixels.begin(), pixels.end(), back.frame.views[0].data.begin()));
+  for (std::size_t n = 0; n < payload.size(); ++n) (void)back.decode(std::span(payload).first(n));
+}
+
+}  // namespace
+}  // namespace lightwell

@@ -1,0 +1,197 @@
+"""The checker's own test: a tree that keeps every rule, and one file for each way to break one.
+
+The expectations are written by hand from HOUSE.md, not derived from arrows.txt: a wrong line there
+makes this test fail too.
+"""
+
+from include_direction import Checker
+
+# file -> what it includes; every arrow that HOUSE.md allows, and look-alikes that are no includes.
+CLEAN = {
+    "proto/include/lightwell/sh.hpp": ["<array>", "<cmath>", "<lightwell/geometry.hpp>"],
+    "proto/include/lightwell/geometry.hpp": ["<stdint.h>"],
+    "proto/src/codec.cpp": ["<lightwell/sh.hpp>", '"wire.hpp"', '"lightwell/v1/descriptor.pb.h"',
+                            "<google/protobuf/text_format.h>", "<vector>"],
+    "proto/src/wire.hpp": ["<span>"],
+    "firmware/camera/frame.hpp": ["<lightwell/geometry.hpp>", "<span>"],
+    "firmware/camera/backends/table.hpp": ['"camera/frame.hpp"'],
+    "firmware/camera/backends/sim/sim.cpp": ['"camera/frame.hpp"', '"sim/scene.hpp"',
+                                             '"calibration/model.hpp"', '"sim.hpp"',
+                                             "<lightwell/sh.hpp>"],
+    "firmware/camera/backends/sim/sim.hpp": ['"camera/frame.hpp"'],
+    "firmware/camera/backends/v4l2/v4l2.cpp": ["<linux/videodev2.h>", '"camera/frame.hpp"'],
+    "firmware/camera/backends/v4l2/v4l2.hpp": [],
+    "firmware/camera/backends/libcamera/a.cpp": ["<libcamera/libcamera.h>"],
+    "firmware/camera/backends/depthai/a.cpp": ["<depthai/depthai.hpp>"],
+    "firmware/calibration/model.hpp": ['"camera/frame.hpp"', "<Eigen/Core>"],
+    "firmware/calibration/solve.cpp": ["<ceres/ceres.h>", "<opencv2/core.hpp>", '"model.hpp"'],
+    "firmware/sim/scene.hpp": ['"camera/frame.hpp"', '"calibration/model.hpp"'],
+    "firmware/pose/tag.hpp": [],
+    "firmware/pose/tag.cpp": ['"pose/tag.hpp"', '"camera/frame.hpp"', '"calibration/model.hpp"',
+                              "<apriltag/apriltag.h>", "<ceres/ceres.h>"],
+    "firmware/estimate/common/lights.hpp": ["<lightwell/sh.hpp>"],
+    "firmware/estimate/marker/fit.cpp": ["<ceres/ceres.h>", '"estimate/common/lights.hpp"',
+                                         '"camera/frame.hpp"', '"calibration/model.hpp"'],
+    "firmware/estimate/specular/fit.cpp": ["<ceres/ceres.h>"],
+    "firmware/link/publisher.hpp": ["<lightwell/sh.hpp>"],
+    "firmware/link/grpc/server.cpp": ["<grpcpp/grpcpp.h>", '"lightwell/v1/service.grpc.pb.h"',
+                                      '"link/publisher.hpp"', "<grpc/grpc.h>"],
+    "firmware/app/pipeline.cpp": ['"camera/backends/sim/sim.hpp"', '"link/publisher.hpp"',
+                                  '"pose/tag.hpp"', '"sim/scene.hpp"', "<CLI/CLI.hpp>"],
+    "firmware/app/pipeline.hpp": [],
+    "firmware/tools/eval.cpp": ['"app/pipeline.hpp"', '"estimate/common/lights.hpp"'],
+    "host_sdk/include/lightwell/probe.hpp": ["<lightwell/sh.hpp>", "<lightwell/lightwell.h>"],
+    "host_sdk/include/lightwell/lightwell.h": ["<stdint.h>"],
+    "host_sdk/include/lightwell/glm.hpp": ["<glm/vec3.hpp>", "<lightwell/sh.hpp>"],
+    "host_sdk/src/core/store.hpp": ["<lightwell/probe.hpp>", "<atomic>"],
+    "host_sdk/src/core/link_grpc.cpp": ["<grpcpp/grpcpp.h>", '"lightwell/v1/service.grpc.pb.h"',
+                                        '"core/store.hpp"'],
+    "host_sdk/src/core/link_usb.cpp": ["<libusb-1.0/libusb.h>"],
+    "host_sdk/src/field/fit.cpp": ["<ceres/ceres.h>", '"core/store.hpp"', "<opencv2/core.hpp>"],
+    "host_sdk/src/field/fit.hpp": [],
+    "host_sdk/src/relight/trace.cpp": ["<embree3/rtcore.h>", '"core/store.hpp"'],
+    "host_sdk/tools/viewer.cpp": ["<apriltag/tag36h11.h>", "<opencv2/imgproc.hpp>",
+                                  "<lightwell/probe.hpp>", '"core/store.hpp"'],
+    "tests/support/image.hpp": ["<vector>"],
+    "tests/proto/sh_test.cpp": ["<lightwell/sh.hpp>", '"support/image.hpp"', "<gtest/gtest.h>",
+                                '"lightwell/v1/descriptor.pb.h"'],
+    "tests/firmware/camera/frame_test.cpp": ['"camera/frame.hpp"', '"support/image.hpp"',
+                                             "<linux/videodev2.h>"],
+    "tests/host_sdk/store_test.cpp": ["<lightwell/probe.hpp>", '"core/store.hpp"'],
+    "tests/e2e/whole_test.cpp": ['"app/pipeline.hpp"', "<lightwell/probe.hpp>"],
+    "hil/demo.cpp": ['"sim/scene.hpp"', "<lightwell/probe.hpp>", "<opencv2/core.hpp>"],
+}
+
+NO_INCLUDES = '''// #include <ceres/ceres.h>
+/* #include <ceres/ceres.h>
+#include "app/pipeline.hpp"
+*/
+// backends/*.hpp opens no comment
+const char* url = "http://x/*y";
+const char* text = R"(
+#include "app/pipeline.hpp"
+)";
+'''
+
+# file, what it includes (the last line breaks the rule), words of each rule that is to be reported
+BROKEN = [
+    ("proto/include/lightwell/a.hpp", ["<lightwell/probe.hpp>"],
+     ["proto stands on nothing", "the probe knows nothing"]),
+    ("proto/include/lightwell/b.hpp", ['"camera/frame.hpp"'], ["proto stands on nothing"]),
+    ("proto/include/lightwell/c.hpp", ["<Eigen/Core>"], ["installed headers"]),
+    ("proto/include/lightwell/d.hpp", ["<glm/vec3.hpp>"], ["installed headers"]),
+    ("proto/include/lightwell/e.hpp", ["<unistd.h>"], ["installed headers"]),
+    ("proto/include/lightwell/f.hpp", ["<google/protobuf/message.h>"],
+     ["installed headers", "protobuf is private"]),
+    ("proto/include/lightwell/g.hpp", ['"lightwell/v1/descriptor.pb.h"'],
+     ["installed headers", "generated messages"]),
+    ("proto/src/a.cpp", ["<Eigen/Core>"], ["proto uses the standard library"]),
+    ("proto/src/b.cpp", ['"pose/tag.hpp"'], ["proto stands on nothing"]),
+    ("proto/src/c.cpp", ['"lightwell/v1/service.grpc.pb.h"'], ["generated services"]),
+    ("firmware/camera/a.cpp", ['"calibration/model.hpp"'], ["camera -> proto"]),
+    ("firmware/camera/b.cpp", ['"camera/backends/v4l2/v4l2.hpp"'], ["camera -> proto"]),
+    ("firmware/camera/c.cpp", ["<linux/videodev2.h>"], ["V4L2 in its backend"]),
+    ("firmware/camera/d.hpp", ["<opencv2/core.hpp>"], ["OpenCV in .cpp files only"]),
+    ("firmware/camera/e.cpp", ["<libusb-1.0/libusb.h>"], ["libusb in the host"]),
+    ("firmware/camera/f.cpp", ['"../../host_sdk/src/core/store.hpp"'], ["camera -> proto"]),
+    ("firmware/camera/g.cpp", ['"camera/missing.hpp"', '"link/missing.hpp"'], ["camera -> proto"]),
+    ("firmware/camera/backends/sim/a.cpp", ['"pose/tag.hpp"'], ["backends/sim ->"]),
+    ("firmware/camera/backends/sim/b.cpp", ['"camera/backends/v4l2/v4l2.hpp"'], ["backends/sim ->"]),
+    ("firmware/camera/backends/v4l2/a.cpp", ['"../sim/sim.hpp"'], ["backends are peers"]),
+    ("firmware/camera/backends/v4l2/b.cpp", ['"sim/scene.hpp"'], ["backends are peers"]),
+    ("firmware/camera/backends/v4l2/c.cpp", ['"calibration/model.hpp"'], ["backends are peers"]),
+    ("firmware/camera/backends/v4l2/d.cpp", ["<libcamera/camera.h>"], ["libcamera in its backend"]),
+    ("firmware/camera/backends/v4l2/e.cpp", ["<depthai/depthai.hpp>"], ["depthai in its backend"]),
+    ("firmware/calibration/a.cpp", ['"pose/tag.hpp"'], ["calibration -> camera"]),
+    ("firmware/calibration/b.hpp", ["<ceres/ceres.h>"], ["Ceres in .cpp files"]),
+    ("firmware/calibration/c.cpp", ["<apriltag/apriltag.h>"], ["AprilTag in pose"]),
+    ("firmware/sim/a.cpp", ['"estimate/common/lights.hpp"'], ["sim -> camera"]),
+    ("firmware/pose/a.cpp", ['"sim/scene.hpp"'], ["pose -> camera"]),
+    ("firmware/pose/b.cpp", ['"estimate/common/lights.hpp"'], ["pose -> camera"]),
+    ("firmware/estimate/a.cpp", ['"pose/tag.hpp"'], ["estimate -> camera"]),
+    ("firmware/estimate/b.cpp", ['"sim/scene.hpp"'], ["estimate -> camera"]),
+    ("firmware/estimate/c.cpp", ['"link/publisher.hpp"'], ["estimate -> camera"]),
+    ("firmware/estimate/panorama/a.cpp", ["<ceres/ceres.h>"], ["Ceres in .cpp files"]),
+    ("firmware/link/a.cpp", ['"camera/frame.hpp"'], ["link -> proto"]),
+    ("firmware/link/b.cpp", ["<grpcpp/grpcpp.h>"], ["gRPC in the two network links"]),
+    ("firmware/link/c.cpp", ["<grpc/grpc.h>"], ["gRPC in the two network links"]),
+    ("firmware/link/mqtt/a.cpp", ['"lightwell/v1/service.grpc.pb.h"'], ["generated services"]),
+    ("firmware/link/grpc/a.cpp", ['"lightwell/v1/descriptor.pb.h"'], ["generated messages"]),
+    ("firmware/app/a.cpp", ["<lightwell/probe.hpp>"], ["app sees all", "the probe knows nothing"]),
+    ("firmware/app/b.cpp", ["<lightwell/lightwell.h>"], ["app sees all"]),
+    ("firmware/app/c.cpp", ['"wire.hpp"'], ["app sees all"]),
+    ("firmware/app/d.cpp", ['"support/image.hpp"'], ["app sees all"]),
+    ("firmware/app/e.cpp", ["<google/protobuf/text_format.h>"], ["protobuf is private"]),
+    ("firmware/tools/a.cpp", ['"core/store.hpp"'], ["tools see all"]),
+    ("firmware/tools/b.cpp", ["<apriltag/apriltag.h>"], ["AprilTag in pose"]),
+    ("firmware/tools/c.cpp", ["<embree3/rtcore.h>"], ["Embree"]),
+    ("firmware/novel/a.cpp", ["<vector>"], ["a room needs a line"]),
+    ("host_sdk/include/lightwell/a.hpp", ['"core/store.hpp"'], ["the SDK's headers"]),
+    ("host_sdk/include/lightwell/b.hpp", ["<glm/vec3.hpp>"], ["installed headers"]),
+    ("host_sdk/include/lightwell/c.hpp", ["<grpcpp/grpcpp.h>"],
+     ["installed headers", "gRPC in the two network links"]),
+    ("host_sdk/include/lightwell/glm.hpp", ["<glm/vec3.hpp>", "<Eigen/Core>"], ["GLM is opt-in"]),
+    ("host_sdk/src/core/a.cpp", ['"field/fit.hpp"'], ["core -> the SDK's headers"]),
+    ("host_sdk/src/core/b.cpp", ['"camera/frame.hpp"'], ["core -> the SDK's headers"]),
+    ("host_sdk/src/core/c.cpp", ["<opencv2/core.hpp>"], ["no OpenCV in proto and in the SDK's core"]),
+    ("host_sdk/src/core/d.cpp", ["<ceres/ceres.h>"], ["Ceres in .cpp files"]),
+    ("host_sdk/src/core/e.cpp", ["<embree3/rtcore.h>"], ["Embree"]),
+    ("host_sdk/src/core/f.cpp", ["<grpcpp/grpcpp.h>"], ["gRPC in the two network links"]),
+    ("host_sdk/src/core/link_grpc_a.cpp", ["<libusb-1.0/libusb.h>"], ["libusb in the host"]),
+    ("host_sdk/src/field/a.cpp", ['"relight/trace.hpp"'], ["field -> core"]),
+    ("host_sdk/src/relight/trace.hpp", ['"field/fit.hpp"'], ["relight -> core"]),
+    ("host_sdk/tools/a.cpp", ['"sim/scene.hpp"'], ["host_sdk and firmware never"]),
+    ("tests/proto/a_test.cpp", ['"camera/frame.hpp"'], ["tests of proto"]),
+    ("tests/firmware/a_test.cpp", ["<lightwell/probe.hpp>"], ["firmware and host_sdk meet"]),
+    ("tests/host_sdk/a_test.cpp", ['"sim/scene.hpp"'], ["firmware and host_sdk meet"]),
+    ("tests/reference/a.cpp", ["<lightwell/sh.hpp>"], ["an oracle knows nothing"]),
+    ("tests/bench/a.cpp", ['"sim/scene.hpp"', "<lightwell/probe.hpp>"], ["firmware and host_sdk meet"]),
+    ("tests/support/a.hpp", ["<opencv2/core.hpp>"], ["OpenCV in .cpp files only"]),
+    ("hil/a.hpp", ["<opencv2/core.hpp>"], ["OpenCV in .cpp files only"]),
+]
+
+# Lines of [arrows] that allow everything: nothing can break them.
+OPEN_ROOMS = ("tests", "hil")
+
+
+def write(root, path, names, preamble=""):
+    file = root / path
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(preamble + "".join(f"#include {name}\n" for name in names))
+    return preamble.count("\n") + len(names)
+
+
+def self_test(root, rules):
+    """Returns 0 when the clean tree passes and every broken rule, and nothing else, is reported."""
+    failures = []
+    for path, names in CLEAN.items():
+        write(root, path, names, NO_INCLUDES)
+    clean = Checker(root, rules)
+    for finding in clean.check():
+        failures.append(f"clean tree: {finding.file}:{finding.line} {finding.arrow}: {finding.rule.why}")
+    if clean.files != len(CLEAN):
+        failures.append(f"clean tree: {clean.files} files read instead of {len(CLEAN)}")
+
+    lines = {path: write(root, path, names) for path, names, _ in BROKEN}
+    findings = Checker(root, rules).check()
+    for path, _, expected in BROKEN:
+        found = [finding for finding in findings if finding.file == path]
+        texts = sorted(finding.rule.why for finding in found)
+        unseen = [words for words in expected if not any(words in text for text in texts)]
+        if unseen or len(found) != len(expected):
+            failures.append(f"{path}: expected {expected}, reported {texts}")
+        if any(finding.line != lines[path] for finding in found):
+            failures.append(f"{path}: reported on another line than {lines[path]}")
+    for finding in findings:
+        if finding.file not in lines:
+            failures.append(f"{finding.file}: reported though it breaks nothing")
+
+    broken = {finding.rule.line for finding in findings}
+    for rule in rules:
+        if rule.line not in broken and not (rule.section == "arrows" and rule.left[0] in OPEN_ROOMS):
+            failures.append(f"arrows.txt:{rule.line}: no case breaks this rule")
+
+    for failure in failures:
+        print(failure)
+    print(f"self-test: {len(CLEAN)} clean files, {len(BROKEN)} broken ones, {len(failures)} failures")
+    return 1 if failures else 0
