@@ -1,5 +1,6 @@
 // Photometry of a lens: between the numbers in a picture and radiance.
-//   linear value x = response^-1(v) - black;   radiance = x / (exposure_s * gain * vignetting) * white_balance * scale
+//   linear value x = (response^-1(v) - black) / (1 - black)
+//   radiance = x / (exposure_s * gain * vignetting) * white_balance * scale
 #pragma once
 
 #include <lightwell/calibration.hpp>

@@ -43,7 +43,9 @@ class [[nodiscard]] Status {
 
   [[nodiscard]] bool ok() const { return code_ == StatusCode::ok; }
   [[nodiscard]] StatusCode code() const { return code_; }
-  [[nodiscard]] const std::string& message() const { return message_; }
+  [[nodiscard]] const std::string& message() const& { return message_; }
+  /// By value of a status that is about to go, such as `result.status().message()`.
+  [[nodiscard]] std::string message() && { return std::move(message_); }
 
  private:
   StatusCode code_ = StatusCode::ok;

@@ -1,0 +1,78 @@
+#include "camera/backends/replay/source.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+namespace lightwell::replay {
+namespace {
+
+bool positive(double v) { return v > 0 && std::isfinite(v); }
+
+bool even(int v) { return v % 2 == 0; }
+
+bool size_fits(PixelFormat format, int width, int height) {
+  switch (format) {
+    case PixelFormat::rgb8:
+    case PixelFormat::rgb_f32:
+      return true;
+    case PixelFormat::yuyv:
+      return even(width);
+    case PixelFormat::nv12:
+    case PixelFormat::bayer_rggb10:
+    case PixelFormat::bayer_rggb12:
+      return even(width) && even(height);
+  }
+  return false;
+}
+
+std::size_t alignment(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::rgb_f32:
+      return alignof(float);
+    case PixelFormat::bayer_rggb10:
+    case PixelFormat::bayer_rggb12:
+      return alignof(std::uint16_t);
+    case PixelFormat::rgb8:
+    case PixelFormat::nv12:
+    case PixelFormat::yuyv:
+      return 1;
+  }
+  return 1;
+}
+
+}  // namespace
+
+bool can_be_shown(const StoredFrame& frame, const CameraInfo& info) {
+  if (frame.view_count != static_cast<std::size_t>(info.lenses)) return false;
+  if (!positive(frame.info.exposure_s) || !positive(frame.info.gain)) return false;
+  // An hour of exposure and a second a row are damage; so large numbers would leave Duration's
+  // range, too.
+  if (frame.info.exposure_s > 3600 || frame.info.row_readout.ns < 0 ||
+      frame.info.row_readout > Duration::from_seconds(1))
+    return false;
+  if (frame.info.mid_exposure.ns < 0 || frame.info.mid_exposure.ns > (std::int64_t{1} << 62))
+    return false;
+  for (std::size_t i = 0; i < frame.view_count; ++i) {
+    const View& view = frame.views[i];
+    if (view.lens < 0 || view.lens >= kMaxLenses || (i > 0 && view.lens <= frame.views[i - 1].lens))
+      return false;
+    if (view.width != info.width || view.height != info.height || view.format != info.format ||
+        !size_fits(view.format, view.width, view.height))
+      return false;
+    if (view.stride % alignment(view.format) != 0 ||
+        view.stride < packed_stride(view.format, view.width) ||
+        view.data.size() < picture_bytes(view.format, view.stride, view.height))
+      return false;
+  }
+  return true;
+}
+
+Result<std::unique_ptr<Source>> open_source(const std::string& path) {
+  std::error_code error;
+  if (path.empty())
+    return Status(StatusCode::invalid_argument, "replay: no path; write replay:room.lwrec");
+  if (std::filesystem::is_directory(path, error)) return open_folder(path);
+  return open_recording(path);
+}
+
+}  // namespace lightwell::replay

@@ -1,0 +1,45 @@
+// What can be said about the simulated camera in its URI:
+//   sim:SCENE?rig=pair&sensor=rgb_f32&turn=30deg/s&switch=1.0s&ring=32&seed=1&readout=0us
+//            &exposure=1ms,8ms   (on one line)
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lightwell/config.hpp>
+#include <lightwell/pixel.hpp>
+#include <lightwell/result.hpp>
+
+#include "camera/uri.hpp"
+
+namespace lightwell {
+
+struct SimOptions {
+  std::string scene;         ///< A name or a path: sim/panorama.hpp's scene_path().
+  std::string rig = "pair";  ///< sim/rigs.hpp's make_rig().
+  PixelFormat sensor = PixelFormat::rgb_f32;  ///< As in to_string(PixelFormat).
+  double turn_rad_per_s = 0;                  ///< "30deg/s", "0.5rad/s"; a bare number is deg/s.
+  double switch_s = 0;                        ///< The lamps change every so long; 0: never.
+  std::uint64_t ring = 32;  ///< Frames of a moving scene before it repeats; each costs memory.
+  std::uint64_t seed = 1;   ///< Of the noise.
+  double readout_s = 0;     ///< From one row's exposure to the next row's.
+  std::vector<double> exposure_s;  ///< A bracket; empty: one that suits the scene.
+  double gain = 1;
+  int width = 0, height = 0;
+  double frame_rate = 0;  ///< 0: as fast as frames are taken.
+};
+
+/// Of the URI and the configuration; exposures may come from either, not from both. Durations take
+/// the suffixes s, ms and us; a bare number is seconds. invalid_argument names the parameter, its
+/// value and what it may be.
+[[nodiscard]] Result<SimOptions> parse_sim_options(const CameraUri& uri,
+                                                   const CameraConfig& config);
+
+/// "1.5ms" -> 0.0015. Negative and infinite numbers are refused.
+[[nodiscard]] Result<double> parse_duration_s(std::string_view text);
+/// "30deg/s", "-0.5rad/s" -> rad/s.
+[[nodiscard]] Result<double> parse_turn_rad_per_s(std::string_view text);
+
+}  // namespace lightwell

@@ -1,0 +1,28 @@
+#include <array>
+
+#include "camera/conformance/checks.hpp"
+
+namespace lightwell::conformance {
+
+std::span<const Check> all_checks() {
+  static constexpr std::array kChecks = {
+      Check{"sequence", check_sequence},
+      Check{"times", check_times},
+      Check{"views", check_views},
+      Check{"exposures", check_exposures},
+      Check{"one_thread", check_one_thread},
+      Check{"silence_after_stop", check_silence_after_stop},
+      Check{"restart", check_restart},
+      Check{"states", check_states},
+      Check{"life_without_frames", check_life_without_frames},
+      Check{"held_across_stop", check_held_across_stop},
+      Check{"hoarding_sink", check_hoarding_sink},
+      Check{"release_elsewhere", check_release_elsewhere},
+      Check{"slow_sink", check_slow_sink},
+      Check{"end", check_end},
+      Check{"loss", check_loss},
+  };
+  return kChecks;
+}
+
+}  // namespace lightwell::conformance

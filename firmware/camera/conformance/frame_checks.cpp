@@ -1,0 +1,191 @@
+// What can be told from frames as they come.
+#include <cmath>
+#include <cstdint>
+#include <set>
+
+#include "camera/conformance/session.hpp"
+
+namespace lightwell::conformance {
+namespace {
+
+std::string frame_name(const FrameInfo& info) { return "frame " + std::to_string(info.sequence); }
+
+/// The frames of a short run; what went wrong on the way is in `violations`.
+std::vector<Seen> frames_of(const BackendUnderTest& camera, Violations& violations) {
+  Session session(camera, violations);
+  if (!session.collect() || !session.stop()) return {};
+  return session.watcher().seen();
+}
+
+bool positive(double v) { return v > 0 && std::isfinite(v); }
+
+std::size_t alignment(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::rgb_f32:
+      return alignof(float);
+    case PixelFormat::bayer_rggb10:
+    case PixelFormat::bayer_rggb12:
+      return alignof(std::uint16_t);
+    case PixelFormat::rgb8:
+    case PixelFormat::nv12:
+    case PixelFormat::yuyv:
+      return 1;
+  }
+  return 1;
+}
+
+/// Too short data, rows that overlap, words that are not aligned: an estimator would read wild
+/// memory.
+void check_layout(const View& view, const std::string& name, Violations& violations) {
+  if (view.stride < packed_stride(view.format, view.width))
+    violations.push_back(name + ": the stride is shorter than a row");
+  if (view.data.size() < picture_bytes(view.format, view.stride, view.height))
+    violations.push_back(name + ": the data are shorter than the picture");
+  const std::size_t words = alignment(view.format);
+  if (view.stride % words != 0 || reinterpret_cast<std::uintptr_t>(view.data.data()) % words != 0)
+    violations.push_back(name + ": rows are not aligned to their numbers");
+}
+
+void check_frame_views(const Frame& frame, const CameraInfo& info, Violations& violations) {
+  if (frame.views().size() != static_cast<std::size_t>(info.lenses))
+    violations.push_back(frame_name(frame.info) + " has " + std::to_string(frame.views().size()) +
+                         " views, declared are " + std::to_string(info.lenses));
+  std::set<int> lenses;
+  for (const View& view : frame.views()) {
+    const std::string name = frame_name(frame.info) + " lens " + std::to_string(view.lens);
+    if (view.lens < 0 || view.lens >= info.lenses || !lenses.insert(view.lens).second)
+      violations.push_back(name + ": no such lens, or twice");
+    if (!lenses.empty() && *lenses.rbegin() > view.lens)
+      violations.push_back(name + ": not in the order of the lenses");
+    if (view.width != info.width || view.height != info.height)
+      violations.push_back(name + ": not of the declared size");
+    if (view.format != info.format) violations.push_back(name + ": not of the declared format");
+    check_layout(view, name, violations);
+  }
+  (void)checksum(frame);  // Reads it all: a sanitizer sees memory that is not there.
+}
+
+void check_declared(const CameraInfo& info, Violations& violations) {
+  if (info.name.empty()) violations.push_back("the camera has no name");
+  if (info.width < 1 || info.height < 1) violations.push_back("the declared size is none");
+  if (info.lenses < 1 || info.lenses > kMaxLenses)
+    violations.push_back("the declared number of lenses is impossible");
+  if (!(info.frame_rate >= 0) || !std::isfinite(info.frame_rate))
+    violations.push_back("the declared frame rate is impossible");
+  if (!info.calibration) return;
+  if (const Status s = info.calibration->validate(); !s.ok())
+    violations.push_back("the camera's own calibration: " + s.message());
+  if (info.calibration->lenses.size() != static_cast<std::size_t>(info.lenses))
+    violations.push_back("the camera's own calibration has another number of lenses");
+}
+
+}  // namespace
+
+Violations check_sequence(const BackendUnderTest& camera) {
+  Violations violations;
+  const std::vector<Seen> seen = frames_of(camera, violations);
+  for (std::size_t i = 1; i < seen.size(); ++i)
+    if (seen[i].info.sequence <= seen[i - 1].info.sequence)
+      violations.push_back("sequence " + std::to_string(seen[i].info.sequence) + " comes after " +
+                           std::to_string(seen[i - 1].info.sequence));
+  return violations;
+}
+
+Violations check_times(const BackendUnderTest& camera) {
+  // A frame that is older was stamped by another clock.
+  constexpr Duration kOldest = Duration::from_seconds(5);
+  Violations violations;
+  const std::vector<Seen> seen = frames_of(camera, violations);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const FrameInfo& info = seen[i].info;
+    const std::string name = frame_name(info);
+    if (info.delivered < info.mid_exposure)
+      violations.push_back(name + ": delivered before the middle of its exposure");
+    if (info.delivered > seen[i].at) violations.push_back(name + ": delivered in the future");
+    if (seen[i].at - info.mid_exposure > kOldest)
+      violations.push_back(name + ": its mid-exposure is " +
+                           std::to_string((seen[i].at - info.mid_exposure).seconds()) +
+                           " s ago; not CLOCK_MONOTONIC?");
+    if (info.row_readout.ns < 0) violations.push_back(name + ": rows are read backwards in time");
+    if (i == 0) continue;
+    if (info.mid_exposure <= seen[i - 1].info.mid_exposure)
+      violations.push_back(name + ": its mid-exposure is not after that of the frame before");
+    if (info.delivered < seen[i - 1].info.delivered)
+      violations.push_back(name + ": delivered before the frame before");
+  }
+  return violations;
+}
+
+Violations check_views(const BackendUnderTest& camera) {
+  Violations violations;
+  Session session(camera, violations);
+  if (!session.good()) return violations;
+  check_declared(session.info(), violations);
+  // Shared: a stop() that hangs leaves the watcher behind.
+  auto in_frames = std::make_shared<Violations>();
+  auto watcher = std::make_shared<Watcher>();
+  watcher->on_frame = [in_frames, info = session.info()](const Frame& frame) {
+    check_frame_views(frame, info, *in_frames);
+  };
+  if (!session.start(watcher)) return violations;
+  if (!watcher->wait_for(kFramesWanted, session.camera()))
+    violations.emplace_back("too few frames came");
+  if (!session.stop()) return violations;
+  violations.insert(violations.end(), in_frames->begin(), in_frames->end());
+  return violations;
+}
+
+Violations check_exposures(const BackendUnderTest& camera) {
+  // Cameras round what is asked for to lines of their sensor.
+  constexpr double kTolerance = 0.05;
+  Violations violations;
+  Session session(camera, violations);
+  if (!session.good()) return violations;
+  const std::vector<double>& cycle = session.info().exposure_s;
+  if (cycle.empty() || cycle.size() > static_cast<std::size_t>(kMaxBracket)) {
+    violations.push_back("the declared cycle has " + std::to_string(cycle.size()) + " exposures");
+    return violations;
+  }
+  if (!session.collect(std::max<std::size_t>(kFramesWanted, 2 * cycle.size() + 1)) ||
+      !session.stop())
+    return violations;
+  const FrameInfo* before = nullptr;
+  const std::vector<Seen> seen = session.watcher().seen();
+  for (const Seen& one : seen) {
+    const FrameInfo& info = one.info;
+    const std::string name = frame_name(info);
+    if (!positive(info.exposure_s)) violations.push_back(name + ": exposure is not positive");
+    if (!positive(info.gain)) violations.push_back(name + ": gain is not positive");
+    if (info.bracket_size != static_cast<int>(cycle.size()) || info.bracket_index < 0 ||
+        info.bracket_index >= info.bracket_size) {
+      violations.push_back(name + ": its place is outside the declared cycle");
+      continue;
+    }
+    const double declared = cycle[static_cast<std::size_t>(info.bracket_index)];
+    if (!(std::abs(info.exposure_s - declared) <= kTolerance * declared))
+      violations.push_back(name + ": exposure " + std::to_string(info.exposure_s) +
+                           " s, declared is " + std::to_string(declared) + " s");
+    if (before != nullptr && info.sequence == before->sequence + 1 &&
+        info.bracket_index != (before->bracket_index + 1) % info.bracket_size)
+      violations.push_back(name + ": the cycle of exposures does not go on");
+    before = &info;
+  }
+  return violations;
+}
+
+Violations check_one_thread(const BackendUnderTest& camera) {
+  Violations violations;
+  Session session(camera, violations);
+  if (!session.collect() || !session.stop()) return violations;
+  std::set<std::thread::id> threads;
+  for (const Seen& seen : session.watcher().seen()) threads.insert(seen.thread);
+  if (threads.size() != 1)
+    violations.push_back("push() came from " + std::to_string(threads.size()) + " threads");
+  if (threads.contains(std::this_thread::get_id()))
+    violations.emplace_back("push() came from the thread that called start()");
+  if (session.watcher().overlapped())
+    violations.emplace_back("push() was called before the push() before had returned");
+  return violations;
+}
+
+}  // namespace lightwell::conformance

@@ -1,0 +1,215 @@
+// Radiance pictures (Ward, "Radiance File Formats", and the Radiance reference: RGBE, run-length
+// coded in the new way, the old way, or not at all). OpenCV's decoder fills up what is missing,
+// hence a reader of our own.
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+#include "camera/image_readers.hpp"
+
+namespace lightwell {
+namespace {
+
+using Rgbe = std::array<std::uint8_t, 4>;
+
+struct Header {
+  int width = 0, height = 0;
+  std::array<double, 3> scale{1, 1, 1};  ///< What the pixels were multiplied by, to be divided out.
+};
+
+/// The file from the front to the back.
+class Input {
+ public:
+  explicit Input(std::span<const std::byte> file) : rest_(file) {}
+
+  [[nodiscard]] std::optional<std::uint8_t> byte() {
+    if (rest_.empty()) return std::nullopt;
+    const auto b = std::to_integer<std::uint8_t>(rest_[0]);
+    rest_ = rest_.subspan(1);
+    return b;
+  }
+  [[nodiscard]] std::optional<Rgbe> pixel() {
+    if (rest_.size() < 4) return std::nullopt;
+    Rgbe p;
+    std::memcpy(p.data(), rest_.data(), 4);
+    rest_ = rest_.subspan(4);
+    return p;
+  }
+  [[nodiscard]] std::optional<std::string_view> line() {
+    const std::string_view all(reinterpret_cast<const char*>(rest_.data()), rest_.size());
+    const std::size_t end = all.find('\n');
+    if (end == std::string_view::npos) return std::nullopt;
+    rest_ = rest_.subspan(end + 1);
+    return all.substr(0, end);
+  }
+  [[nodiscard]] std::size_t left() const { return rest_.size(); }
+
+ private:
+  std::span<const std::byte> rest_;
+};
+
+bool take_prefix(std::string_view& text, std::string_view prefix) {
+  if (!text.starts_with(prefix)) return false;
+  text.remove_prefix(prefix.size());
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  return true;
+}
+
+template <class T>
+bool take_number(std::string_view& text, T& out) {
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return error == std::errc();
+}
+
+/// EXPOSURE and COLORCORR: factors that are already in the pixels; several lines multiply.
+Status take_factor(const std::string& name, std::string_view line, Header& header) {
+  std::string_view text = line;
+  std::array<double, 3> factor{};
+  bool good = false;
+  if (take_prefix(text, "EXPOSURE=")) {
+    good = take_number(text, factor[0]);
+    factor[1] = factor[2] = factor[0];
+  } else {
+    take_prefix(text, "COLORCORR=");
+    good = take_number(text, factor[0]) && take_number(text, factor[1]) &&
+           take_number(text, factor[2]);
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!good || !(factor[c] > 0) || !std::isfinite(factor[c]))
+      return image_damaged(name, "the header line '" + std::string(line) + "' makes no sense");
+    header.scale[c] *= factor[c];
+  }
+  return {};
+}
+
+Result<Header> read_header(const std::string& name, Input& in) {
+  Header header;
+  const auto truncated = [&] { return image_truncated(name, "inside the HDR's header"); };
+  std::optional<std::string_view> line = in.line();  // The magic word.
+  while (true) {
+    line = in.line();
+    if (!line) return truncated();
+    if (line->empty()) break;
+    std::string_view text = *line;
+    if (take_prefix(text, "FORMAT=")) {
+      if (text.starts_with("32-bit_rle_xyze"))
+        return image_refused(name, "XYZE colours; convert it with: ra_xyze -r in.hdr out.hdr");
+      if (!text.starts_with("32-bit_rle_rgbe"))
+        return image_refused(name, "the format '" + std::string(text) + "', not 32-bit_rle_rgbe");
+    } else if (text.starts_with("EXPOSURE=") || text.starts_with("COLORCORR=")) {
+      if (Status s = take_factor(name, text, header); !s.ok()) return s;
+    }
+  }
+  line = in.line();
+  if (!line) return truncated();
+  std::string_view text = *line;
+  std::int64_t width = 0, height = 0;
+  const bool upright = take_prefix(text, "-Y ") && take_number(text, height) &&
+                       take_prefix(text, " +X ") && take_number(text, width) && text.empty();
+  if (!upright)
+    return image_refused(name, "the size line '" + std::string(line->substr(0, 60)) +
+                                   "', not '-Y height +X width'; convert it with pflip or protate");
+  if (Status s = check_image_size(name, width, height); !s.ok()) return s;
+  header.width = static_cast<int>(width);
+  header.height = static_cast<int>(height);
+  return header;
+}
+
+enum class RowEnd { whole, cut_off, damaged };
+
+/// Each of the four components on its own: runs (128 + n, value) and literals (n, values).
+RowEnd read_new_runs(Input& in, std::span<Rgbe> row) {
+  for (std::size_t c = 0; c < 4; ++c) {
+    for (std::size_t i = 0; i < row.size();) {
+      const auto code = in.byte();
+      if (!code) return RowEnd::cut_off;
+      const bool run = *code > 128;
+      const std::size_t count = run ? *code - 128U : *code;
+      if (count == 0 || count > row.size() - i) return RowEnd::damaged;
+      std::optional<std::uint8_t> value;
+      for (std::size_t k = 0; k < count; ++k, ++i) {
+        if (k == 0 || !run) value = in.byte();
+        if (!value) return RowEnd::cut_off;
+        row[i][c] = *value;
+      }
+    }
+  }
+  return RowEnd::whole;
+}
+
+/// Pixels, of which (1, 1, 1, n) repeats the one before n times; repeated, n counts 256, 65536, ...
+/// times as much.
+RowEnd read_old_runs(Input& in, std::span<Rgbe> row, Rgbe first) {
+  unsigned shift = 0;
+  std::optional<Rgbe> pixel = first;
+  for (std::size_t i = 0; i < row.size();) {
+    if (!pixel) pixel = in.pixel();
+    if (!pixel) return RowEnd::cut_off;
+    const Rgbe p = *pixel;
+    pixel.reset();
+    if (p[0] != 1 || p[1] != 1 || p[2] != 1) {
+      row[i++] = p;
+      shift = 0;
+      continue;
+    }
+    const std::size_t count = shift < 32 ? std::size_t{p[3]} << shift : row.size() + 1;
+    if (i == 0 || count > row.size() - i) return RowEnd::damaged;
+    for (std::size_t k = 0; k < count; ++k, ++i) row[i] = row[i - 1];
+    shift += 8;
+  }
+  return RowEnd::whole;
+}
+
+RowEnd read_row(Input& in, std::span<Rgbe> row) {
+  const auto first = in.pixel();
+  if (!first) return RowEnd::cut_off;
+  const bool new_runs = row.size() >= 8 && row.size() <= 0x7FFF && (*first)[0] == 2 &&
+                        (*first)[1] == 2 && (*first)[2] < 128;
+  if (!new_runs) return read_old_runs(in, row, *first);
+  if ((std::size_t{(*first)[2]} << 8 | (*first)[3]) != row.size()) return RowEnd::damaged;
+  return read_new_runs(in, row);
+}
+
+/// (mantissa + 1/2) / 256 * 2^(exponent - 128): writers cut the mantissa off, so its middle is the
+/// unbiased value.
+void store(std::span<const Rgbe> row, const Header& header, std::byte* out) {
+  for (const Rgbe& p : row) {
+    std::array<float, 3> rgb{};
+    if (p[3] != 0)
+      for (std::size_t c = 0; c < 3; ++c)
+        rgb[c] = static_cast<float>(std::ldexp(p[c] + 0.5, p[3] - (128 + 8)) / header.scale[c]);
+    std::memcpy(out, rgb.data(), sizeof rgb);
+    out += sizeof rgb;
+  }
+}
+
+}  // namespace
+
+Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file) {
+  Input in(file);
+  const Result<Header> header = read_header(name, in);
+  if (!header) return header.status();
+  // The least that a row takes: a pixel, or by the old runs four bytes for 2^24 pixels.
+  if (in.left() < 4 * static_cast<std::size_t>(header->height))
+    return image_truncated(name, "the HDR's rows are missing");
+  Image image{header->width, header->height, PixelFormat::rgb_f32, {}};
+  image.data.resize(image.stride() * static_cast<std::size_t>(image.height));
+  std::vector<Rgbe> row(static_cast<std::size_t>(image.width));
+  for (int y = 0; y < image.height; ++y) {
+    const RowEnd end = read_row(in, row);
+    const std::string where = "in row " + std::to_string(y) + " of the HDR";
+    if (end == RowEnd::cut_off) return image_truncated(name, where);
+    if (end == RowEnd::damaged) return image_damaged(name, where);
+    store(row, *header, image.data.data() + image.stride() * static_cast<std::size_t>(y));
+  }
+  if (in.left() > 0)
+    return image_damaged(name, std::to_string(in.left()) + " bytes follow the HDR's last row");
+  return image;
+}
+
+}  // namespace lightwell

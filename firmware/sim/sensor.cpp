@@ -1,0 +1,195 @@
+#include "sim/sensor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "calibration/camera_model.hpp"
+#include "calibration/response.hpp"
+#include "sim/noise.hpp"
+
+namespace lightwell::sim {
+
+namespace {
+
+// Interpolated between so many values, the response is right to a hundredth of an 8-bit level.
+constexpr std::size_t kResponseCells = 4096;
+// Above so many electrons the Poisson distribution is a Gaussian to within 2 % of its deviation.
+constexpr double kGaussianElectrons = 50;
+
+std::byte byte_of(double v) {
+  return static_cast<std::byte>(static_cast<int>(std::clamp(v, 0.0, 255.0) + 0.5));
+}
+
+// BT.601, limited range, of encoded r g b between 0 and 1: the inverse of rgb_of_ycbcr601().
+double luma(const float* p) { return 16 + 65.481 * p[0] + 128.553 * p[1] + 24.966 * p[2]; }
+double blue_difference(const std::array<double, 3>& p) {
+  return 128 - 37.797 * p[0] - 74.203 * p[1] + 112 * p[2];
+}
+double red_difference(const std::array<double, 3>& p) {
+  return 128 + 112 * p[0] - 93.786 * p[1] - 18.214 * p[2];
+}
+
+/// Mean of the pixels that share one pair of chroma values.
+template <std::size_t N>
+std::array<double, 3> mean_of(const std::array<const float*, N>& pixels) {
+  std::array<double, 3> mean{};
+  for (const float* p : pixels) {
+    for (std::size_t c = 0; c < 3; ++c) mean[c] += p[c] / static_cast<double>(N);
+  }
+  return mean;
+}
+
+/// 0 red, 1 green, 2 blue of the RGGB mosaic.
+std::size_t mosaic_channel(int column, int row) {
+  return static_cast<std::size_t>(column % 2 + row % 2);
+}
+
+}  // namespace
+
+/// One picture being exposed.
+class Sensor::Exposing {
+ public:
+  Exposing(const Sensor& sensor, std::span<const float> radiance, const Exposure& exposure)
+      : sensor_(sensor),
+        photometry_(sensor.model_.photometry),
+        radiance_(radiance),
+        noise_(sensor.model_.seed, exposure.frame, exposure.lens),
+        gain_(exposure.gain) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      per_radiance_[c] = exposure.exposure_s * exposure.gain /
+                         (sensor.model_.radiance_per_unit * photometry_.white_balance[c]);
+    }
+  }
+
+  /// The picture value, 0 to 1, that one channel of one pixel shows.
+  [[nodiscard]] float value(std::size_t pixel, std::size_t channel) const {
+    const std::size_t k = 3 * pixel + channel;
+    const double x = radiance_[k] * per_radiance_[channel] * sensor_.vignetting_[pixel];
+    const double black = photometry_.black_level;
+    return response(black + (1 - black) * noisy(x, noise_.at(k)));
+  }
+
+  /// The same for a whole row, r g b a pixel.
+  void row(int j, std::vector<float>& out) const {
+    const std::size_t start =
+        static_cast<std::size_t>(j) * static_cast<std::size_t>(sensor_.width_);
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] = value(start + k / 3, k % 3);
+  }
+
+ private:
+  [[nodiscard]] double noisy(double x, UniformPair random) const {
+    double seen = x;
+    if (photometry_.shot_noise > 0 && x > 0) {
+      const double per_electron = gain_ * photometry_.shot_noise;
+      const double electrons = x / per_electron;
+      seen = electrons < kGaussianElectrons
+                 ? per_electron * poisson_quantile(electrons, random.first)
+                 : x + per_electron * std::sqrt(electrons) * normal_quantile(random.first);
+    }
+    if (photometry_.read_noise > 0)
+      seen += gain_ * photometry_.read_noise * normal_quantile(random.second);
+    return seen;
+  }
+
+  [[nodiscard]] float response(double linear) const {
+    const double at = std::clamp(linear, 0.0, 1.0) * kResponseCells;
+    const auto i = std::min(static_cast<std::size_t>(at), kResponseCells - 1);
+    const auto share = static_cast<float>(at - static_cast<double>(i));
+    return sensor_.response_[i] * (1 - share) + sensor_.response_[i + 1] * share;
+  }
+
+  const Sensor& sensor_;
+  const PhotometricCalibration& photometry_;
+  std::span<const float> radiance_;
+  NoiseStream noise_;
+  double gain_;
+  std::array<double, 3> per_radiance_{};
+};
+
+Sensor::Sensor(const LensParameters& lens, const SensorModel& model)
+    : model_(model), width_(lens.width), height_(lens.height) {
+  if (model_.format == PixelFormat::rgb_f32) return;
+  const CameraModel geometry(lens);
+  vignetting_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  for (int j = 0; j < height_; ++j) {
+    for (int i = 0; i < width_; ++i) {
+      const auto d = geometry.unproject({static_cast<double>(i), static_cast<double>(j)});
+      const double angle = d ? std::atan2(std::hypot(d->x, d->y), d->z) : geometry.max_angle_rad();
+      vignetting_.push_back(static_cast<float>(vignetting(model_.photometry, angle)));
+    }
+  }
+  response_.resize(kResponseCells + 1);
+  for (std::size_t k = 0; k < response_.size(); ++k) {
+    response_[k] = static_cast<float>(
+        encoded(model_.photometry.response, static_cast<double>(k) / kResponseCells));
+  }
+}
+
+void Sensor::develop(std::span<const float> radiance, const Exposure& exposure,
+                     std::span<std::byte> out) const {
+  if (model_.format == PixelFormat::rgb_f32) {
+    const auto scale =
+        static_cast<float>(exposure.exposure_s * exposure.gain / model_.radiance_per_unit);
+    for (std::size_t k = 0; k < radiance.size(); ++k) {
+      const float x = radiance[k] * scale;
+      std::memcpy(out.data() + k * sizeof x, &x, sizeof x);
+    }
+    return;
+  }
+
+  const Exposing exposing(*this, radiance, exposure);
+  const auto width = static_cast<std::size_t>(width_);
+  if (model_.format == PixelFormat::bayer_rggb10 || model_.format == PixelFormat::bayer_rggb12) {
+    const double top = model_.format == PixelFormat::bayer_rggb10 ? 1023 : 4095;
+    for (int j = 0; j < height_; ++j) {
+      for (int i = 0; i < width_; ++i) {
+        const std::size_t k = static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i);
+        const auto word =
+            static_cast<unsigned>(exposing.value(k, mosaic_channel(i, j)) * top + 0.5);
+        out[2 * k] = static_cast<std::byte>(word & 0xFF);
+        out[2 * k + 1] = static_cast<std::byte>(word >> 8);
+      }
+    }
+    return;
+  }
+
+  std::vector<float> upper(3 * width), lower(3 * width);
+  for (int j = 0; j < height_; ++j) {
+    std::byte* row = out.data() + stride() * static_cast<std::size_t>(j);
+    upper.swap(lower);
+    exposing.row(j, lower);
+    switch (model_.format) {
+      case PixelFormat::rgb8:
+        for (std::size_t k = 0; k < 3 * width; ++k) row[k] = byte_of(255.0 * lower[k]);
+        break;
+      case PixelFormat::yuyv:
+        for (std::size_t i = 0; i + 1 < width; i += 2) {
+          const float *a = &lower[3 * i], *b = a + 3;
+          const std::array<double, 3> mean = mean_of<2>({a, b});
+          row[2 * i] = byte_of(luma(a));
+          row[2 * i + 1] = byte_of(blue_difference(mean));
+          row[2 * i + 2] = byte_of(luma(b));
+          row[2 * i + 3] = byte_of(red_difference(mean));
+        }
+        break;
+      case PixelFormat::nv12: {
+        for (std::size_t i = 0; i < width; ++i) row[i] = byte_of(luma(&lower[3 * i]));
+        if (j % 2 == 0) break;
+        std::byte* chroma = out.data() + stride() * static_cast<std::size_t>(height_ + j / 2);
+        for (std::size_t i = 0; i + 1 < width; i += 2) {
+          const float *a = &upper[3 * i], *b = &lower[3 * i];
+          const std::array<double, 3> mean = mean_of<4>({a, a + 3, b, b + 3});
+          chroma[i] = byte_of(blue_difference(mean));
+          chroma[i + 1] = byte_of(red_difference(mean));
+        }
+        break;
+      }
+      default:
+        break;
+    }
+  }
+}
+
+}  // namespace lightwell::sim

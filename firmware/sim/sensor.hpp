@@ -1,0 +1,61 @@
+// A sensor: from the radiance at each photosite to the bytes of a picture.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/pixel.hpp>
+
+namespace lightwell::sim {
+
+/// What a sensor is. With x the linear value that calibration/response.hpp speaks of:
+///   x = radiance / radiance_per_unit / white_balance * exposure_s * gain * vignetting(theta)
+///   variance of x = gain² read_noise² + gain shot_noise x
+///   picture value = response(clamp(black + (1 - black) x, 0, 1)), rounded to the format's levels
+/// Full scale at gain 1 is 1 / shot_noise electrons, which come in whole numbers.
+/// rgb_f32 is the ideal sensor: radiance / radiance_per_unit * exposure_s * gain, nothing else.
+struct SensorModel {
+  PixelFormat format = PixelFormat::rgb_f32;
+  PhotometricCalibration photometry;
+  /// Radiance that fills the scale in one second at gain 1: the rig's nits_per_unit.
+  double radiance_per_unit = 1;
+  std::uint64_t seed = 1;
+};
+
+/// One exposure of one lens. The noise is a pure function of these two numbers, the seed and the
+/// pixel.
+struct Exposure {
+  double exposure_s = 1;
+  double gain = 1;
+  std::uint64_t frame = 0;
+  int lens = 0;
+};
+
+/// The sensor behind one lens: keeps what depends on the lens and the response alone.
+class Sensor {
+ public:
+  Sensor(const LensParameters& lens, const SensorModel& model);
+
+  [[nodiscard]] std::size_t stride() const { return packed_stride(model_.format, width_); }
+  [[nodiscard]] std::size_t bytes() const {
+    return picture_bytes(model_.format, stride(), height_);
+  }
+
+  /// `radiance`: r g b a pixel, as LensRays::render() gives it. `out`: bytes() bytes. Two rows of
+  /// floats are the only memory that it takes.
+  void develop(std::span<const float> radiance, const Exposure& exposure,
+               std::span<std::byte> out) const;
+
+ private:
+  class Exposing;
+
+  SensorModel model_;
+  int width_, height_;
+  std::vector<float> vignetting_;  ///< Per pixel; empty for rgb_f32.
+  std::vector<float> response_;    ///< Picture value at evenly spaced linear values.
+};
+
+}  // namespace lightwell::sim

@@ -1,0 +1,96 @@
+// demo_report: judges a recording of descriptors against the scene that they were made of, and draws it.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <lightwell/codec.hpp>
+#include <lightwell/recording.hpp>
+
+#include "camera/backends/sim/sim_backend.hpp"
+#include "report/judge.hpp"
+#include "report/picture.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+enum Exit : int { kOk = 0, kBoundFailed = 1, kUsage = 2, kBadInput = 3 };
+
+int fail(const Status& s) {
+  std::cerr << "demo_report: " << s.message() << "\n";
+  return kBadInput;
+}
+
+void print_json(const hil::Summary& s) {
+  std::printf("{\"frames\": %zu, \"held\": %zu, \"flagged\": %zu, \"median_error\": %.6g, \"largest_error\": %.6g, "
+              "\"median_bound_over_error\": %.4g}\n",
+              s.frames, s.held, s.flagged, s.median_error, s.largest_error, s.median_bound_over_error);
+}
+
+void print_text(const hil::Summary& s) {
+  std::printf("%zu descriptors against the truth: bound held in %.1f %%, flagged %.1f %%; error of irradiance median "
+              "%.2f %%, largest %.2f %%; bound over error, median %.1f\n",
+              s.frames, s.frames > 0 ? 100.0 * static_cast<double>(s.held) / static_cast<double>(s.frames) : 0,
+              s.frames > 0 ? 100.0 * static_cast<double>(s.flagged) / static_cast<double>(s.frames) : 0,
+              100 * s.median_error, 100 * s.largest_error, s.median_bound_over_error);
+  if (s.frames == 0) std::printf("no descriptor came\n");
+  else if (!s.good())
+    std::printf("not good: the bound must hold in 99 %%, and at most 10 %% may be flagged%s\n",
+                s.flagged > 0 ? " (clipped light: give the sensor a bracket, --bracket)" : "");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Judges a recording of descriptors against the simulated scene that they were made of, and draws it."};
+  app.footer("Exit status: 0 the bound held in 99 % of the descriptors and at most 10 % were flagged, 1 it did not, "
+             "2 wrong usage, 3 an input is wrong.");
+  std::string recording, camera, picture, title;
+  CameraConfig config;
+  bool json = false;
+  app.add_option("--recording", recording, "What `lightwell record` wrote")->required();
+  app.add_option("--camera", config.uri, "The camera that lightwelld ran with, sim:...")->required();
+  app.add_option("--width", config.width, "Of one lens's picture");
+  app.add_option("--height", config.height, "Of one lens's picture");
+  app.add_option("--frame-rate", config.frame_rate, "As lightwelld ran with");
+  app.add_option("--exposure-s", config.exposure_s, "As lightwelld ran with")->allow_extra_args(false);
+  app.add_option("--picture", picture, "PNG to draw");
+  app.add_option("--title", title, "Of the picture");
+  app.add_flag("--json", json, "One JSON object instead of a line");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kOk : kUsage;
+  }
+
+  const Result<CameraUri> uri = parse_camera_uri(config.uri);
+  if (!uri) return fail(uri.status());
+  Result<std::unique_ptr<CameraBackend>> made = make_sim_backend(*uri, config);
+  if (!made) return fail(made.status());
+  auto& sim = static_cast<SimBackend&>(**made);
+  const Result<CameraInfo> info = sim.open();
+  if (!info) return fail(info.status());
+  Result<RecordReader> reader = RecordReader::open(recording);
+  if (!reader) return fail(reader.status());
+
+  hil::Judge judge(sim.scene());
+  std::vector<hil::Verdict> verdicts;
+  Record record;
+  Descriptor last;
+  std::size_t last_bytes = 0;
+  while (reader->next(record)) {
+    Result<Descriptor> d = decode_descriptor(record.payload);
+    if (!d) return fail(d.status());
+    verdicts.push_back(judge.judge(*d, sim.scene().state_at(sim.scene_index(d->sequence))));
+    last = std::move(*d);
+    last_bytes = record.payload.size();
+  }
+  const hil::Summary summary = hil::summarize(verdicts);
+  json ? print_json(summary) : print_text(summary);
+  if (!picture.empty() && !verdicts.empty()) {
+    const sim::SceneState state = sim.scene().state_at(sim.scene_index(last.sequence));
+    const Status s = hil::draw_report(picture, title.empty() ? uri->path : title, sim.scene(), state, *info->calibration,
+                                      Lighting::of(last), last_bytes, verdicts.back());
+    if (!s.ok()) return fail(s);
+  }
+  return summary.good() ? kOk : kBoundFailed;
+}

@@ -1,0 +1,19 @@
+// The picture that the demo leaves behind.
+#pragma once
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/lighting.hpp>
+#include <string>
+
+#include "report/judge.hpp"
+#include "sim/scene.hpp"
+
+namespace lightwell::hil {
+
+/// The fisheye pictures with the lights drawn on them; below, the balls and the still life lit by the descriptor, and
+/// the same lit by the true panorama. 8-bit sRGB PNG. The error names the file.
+[[nodiscard]] Status draw_report(const std::string& path, const std::string& title, const sim::Scene& scene,
+                                 const sim::SceneState& state, const RigParameters& rig, const Lighting& lighting,
+                                 std::size_t descriptor_bytes, const Verdict& verdict);
+
+}  // namespace lightwell::hil

@@ -1,0 +1,147 @@
+#include "core/grpc_connection.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <lightwell/codec.hpp>
+
+namespace lightwell::core {
+namespace {
+
+constexpr Duration kInfoPeriod{1'000'000'000};
+/// The first round trips follow each other quickly: the very first includes the TCP handshake, and
+/// the best of a few is a much better clock than one.
+constexpr Duration kFirstInfoPeriod{20'000'000};
+constexpr int kFirstRoundTrips = 8;
+/// So many before the clock is trusted enough to stamp descriptors with.
+constexpr int kRoundTripsBeforeStream = 2;
+
+constexpr const char* kStreamMethod = "/lightwell.v1.ProbeService/StreamDescriptors";
+
+}  // namespace
+
+GrpcConnection::GrpcConnection(std::shared_ptr<grpc::Channel> channel, const ProbeOptions& options,
+                               grpc::CompletionQueue& queue, Intake& intake)
+    : options_(options),
+      queue_(queue),
+      intake_(intake),
+      stub_(channel),
+      generic_(channel),
+      last_heard_{monotonic_now_ns()} {
+  ask_info();
+}
+
+void GrpcConnection::on_event(void* tag, bool ok) {
+  const auto op = static_cast<Op>(reinterpret_cast<std::intptr_t>(tag));
+  if (op == Op::info)
+    on_info(ok);
+  else
+    on_stream_event(op, ok);
+}
+
+HostTime GrpcConnection::next_due() const {
+  const HostTime silent = last_heard_ + options_.silence_limit;
+  return info_pending_ || closing_ ? silent : std::min(silent, next_info_);
+}
+
+void GrpcConnection::on_time(HostTime now) {
+  if (closing_) return;
+  if (now >= last_heard_ + options_.silence_limit) {
+    close("the probe fell silent");
+    return;
+  }
+  if (!info_pending_ && now >= next_info_) ask_info();
+}
+
+void GrpcConnection::ask_info() {
+  info_context_ = std::make_unique<grpc::ClientContext>();
+  info_context_->set_deadline(deadline_after(options_.connect_timeout));
+  info_call_ = stub_.PrepareAsyncInfo(info_context_.get(), v1::InfoRequest(), &queue_);
+  info_pending_ = true;
+  info_sent_ = {monotonic_now_ns()};
+  info_call_->StartCall();
+  info_call_->Finish(&info_response_, &info_status_, tag_of(Op::info));
+}
+
+void GrpcConnection::on_info(bool ok) {
+  const HostTime now{monotonic_now_ns()};
+  info_pending_ = false;
+  next_info_ = now + kInfoPeriod;
+  if (closing_) return;
+  if (!ok || !info_status_.ok()) {
+    // Once the stream runs, one lost answer is no reason to end it: silence is.
+    if (!streaming_) close(status_of(info_status_).message());
+    return;
+  }
+  last_heard_ = now;
+  clock_.add(info_sent_, {static_cast<std::int64_t>(info_response_.clock_now_ns())}, now);
+  ++round_trips_;
+  if (round_trips_ < kFirstRoundTrips) next_info_ = now + kFirstInfoPeriod;
+  if (round_trips_ < kRoundTripsBeforeStream) {
+    ask_info();
+    return;
+  }
+  ProbeInfo info = info_of(info_response_);
+  info.clock_offset = clock_.offset();
+  info.clock_uncertainty = clock_.uncertainty(now);
+  intake_.describe(info);
+  if (!streaming_) start_stream();
+}
+
+void GrpcConnection::start_stream() {
+  streaming_ = true;
+  stream_ = generic_.PrepareCall(&stream_context_, kStreamMethod, &queue_);
+  stream_pending_ = true;
+  stream_->StartCall(tag_of(Op::start));
+}
+
+void GrpcConnection::on_stream_event(Op op, bool ok) {
+  if (op == Op::finish) {
+    stream_pending_ = false;
+    // A message above gRPC's own limit (4 MiB) ends the stream before we see its length.
+    const std::string why = stream_status_.error_message();
+    if (stream_status_.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
+        why.find("larger than max") != std::string::npos)
+      intake_.refuse_oversized(std::size_t{4} << 20);
+    close(why.empty() ? "the probe ended the stream" : why);
+    return;
+  }
+  if (op == Op::read && ok) take_message();
+  if (!ok || closing_) {
+    finish_stream();
+    return;
+  }
+  if (op == Op::start) {
+    // StreamDescriptorsRequest has no fields: its encoding is empty.
+    const grpc::Slice nothing;
+    stream_->Write(grpc::ByteBuffer(&nothing, 1), grpc::WriteOptions().set_last_message(),
+                   tag_of(Op::write));
+    return;
+  }
+  if (op == Op::write) intake_.set_state(LinkState::connected);
+  stream_->Read(&message_, tag_of(Op::read));
+}
+
+void GrpcConnection::take_message() {
+  const HostTime received{monotonic_now_ns()};
+  if (message_.Length() > kMaxDescriptorBytes)
+    intake_.refuse_oversized(message_.Length());
+  else
+    intake_.take(bytes_of(message_, bytes_), received,
+                 [&](const CaptureTime& time) { return clock_.to_host(time.mid_exposure); });
+  message_.Clear();
+  // The application's observer may have taken its time, which is no silence of the probe.
+  last_heard_ = {monotonic_now_ns()};
+}
+
+void GrpcConnection::finish_stream() { stream_->Finish(&stream_status_, tag_of(Op::finish)); }
+
+void GrpcConnection::close(const std::string& error) {
+  if (closing_) return;
+  closing_ = true;
+  if (!error.empty()) intake_.report_error(error);
+  if (info_pending_) info_context_->TryCancel();
+  if (stream_pending_) stream_context_.TryCancel();
+}
+
+}  // namespace lightwell::core

@@ -1,0 +1,127 @@
+#include "core/intake.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include <lightwell/codec.hpp>
+
+#include "core/sample.hpp"
+
+namespace lightwell::core {
+namespace {
+
+std::string in_seconds(Duration d) {
+  std::string text = std::to_string(d.seconds());
+  text.erase(text.find('.') + 3);
+  return text + " s";
+}
+
+}  // namespace
+
+Intake::Intake(const ProbeOptions& options)
+    : capacity_(static_cast<std::size_t>(options.history)),
+      max_age_(options.max_age),
+      on_descriptor_(options.on_descriptor) {}
+
+void Intake::describe(const ProbeInfo& info) {
+  const std::lock_guard lock(mutex_);
+  info_ = info;
+  described_ = true;
+  changed_.notify_all();
+}
+
+void Intake::take(std::span<const std::byte> bytes, HostTime received,
+                  const HostTimeOf& host_time_of) {
+  Result<Descriptor> decoded = decode_descriptor(bytes);
+  if (!decoded.ok()) {
+    const std::lock_guard lock(mutex_);
+    ++stats_.undecodable;
+    stats_.last_error = decoded.status().message();
+    return;
+  }
+  auto sample = std::make_shared<Sample>(sample_of(std::move(*decoded)));
+  sample->mid_exposure = host_time_of(sample->descriptor.time);
+  sample->received = received;
+  sample->encoded_bytes = bytes.size();
+  const std::shared_ptr<const Sample> shared = std::move(sample);
+  history_ = appended(history_.get(), shared, capacity_);
+  store_.publish(history_);
+  const HostTime stored{monotonic_now_ns()};
+  count(shared->descriptor, bytes.size());
+  if (on_descriptor_)
+    on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
+}
+
+void Intake::count(const Descriptor& descriptor, std::size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  ++stats_.received;
+  stats_.bytes += bytes;
+  // A sequence that does not rise is a probe that began anew: nothing is known of what is missing.
+  if (newest_sequence_ && descriptor.sequence > *newest_sequence_)
+    stats_.gaps += descriptor.sequence - *newest_sequence_ - 1;
+  newest_sequence_ = descriptor.sequence;
+  changed_.notify_all();
+}
+
+void Intake::refuse_oversized(std::size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  ++stats_.oversized;
+  stats_.last_error = "a message of " + std::to_string(bytes) +
+                      " bytes; a descriptor has at most " + std::to_string(kMaxDescriptorBytes);
+}
+
+void Intake::set_state(LinkState state) {
+  const std::lock_guard lock(mutex_);
+  if (state == LinkState::connected && stats_.state != LinkState::connected) {
+    if (was_connected_) ++stats_.reconnects;
+    was_connected_ = true;
+  }
+  stats_.state = state;
+  changed_.notify_all();
+}
+
+void Intake::report_error(const std::string& error) {
+  const std::lock_guard lock(mutex_);
+  stats_.last_error = error;
+}
+
+Lighting Intake::latest(HostTime now) const {
+  const std::shared_ptr<const History> history = store_.read();
+  return newest_lighting(history.get(), now, max_age_);
+}
+
+Lighting Intake::at(HostTime time) const {
+  const std::shared_ptr<const History> history = store_.read();
+  return lighting_at(history.get(), time, max_age_);
+}
+
+Status Intake::wait_until_described(Duration timeout) const {
+  std::unique_lock lock(mutex_);
+  if (changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return described_; }))
+    return {};
+  return {StatusCode::unavailable,
+          "no answer within " + in_seconds(timeout) +
+              (stats_.last_error.empty() ? std::string() : " (" + stats_.last_error + ")")};
+}
+
+Status Intake::wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const {
+  std::unique_lock lock(mutex_);
+  const auto come = [&] { return newest_sequence_ && newest_sequence_ != seen; };
+  const auto over = [&] { return stats_.state == LinkState::ended; };
+  changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return come() || over(); });
+  if (come()) return {};
+  if (over()) return {StatusCode::failed_precondition, "the recording has ended"};
+  return {StatusCode::unavailable, "no new descriptor within " + in_seconds(timeout)};
+}
+
+ProbeInfo Intake::info() const {
+  const std::lock_guard lock(mutex_);
+  return info_;
+}
+
+LinkStats Intake::stats() const {
+  const std::lock_guard lock(mutex_);
+  return stats_;
+}
+
+}  // namespace lightwell::core

@@ -1,0 +1,107 @@
+#include "core/interpolate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "core/light_transport.hpp"
+
+namespace lightwell::core {
+namespace {
+
+float blend(float a, float b, float f) { return a + (b - a) * f; }
+
+std::int64_t blend_ns(std::int64_t a, std::int64_t b, float f) {
+  return a + static_cast<std::int64_t>(static_cast<double>(b - a) * static_cast<double>(f));
+}
+
+/// The turn by a share f of the shortest turn from a to b (unit vectors). Between opposite
+/// directions none is shortest: then the turn is none.
+Quat partial_turn(Vec3d a, Vec3d b, double f) {
+  const Vec3d axis = normalized(cross(a, b));
+  if (axis == Vec3d{}) return {};
+  return Quat::about(axis, angle_between(a, b) * f);
+}
+
+Light between(const Light& a, const Light& b, float f) {
+  const Vec3d from = vec_cast<double>(a.direction), to = vec_cast<double>(b.direction);
+  const Quat forward = partial_turn(from, to, static_cast<double>(f));
+  const Quat backward = partial_turn(to, from, 1 - static_cast<double>(f));
+  Light out = f < 0.5F ? a : b;
+  // Measured from the nearer end, so that opposite directions flip half-way instead of sticking.
+  const Vec3d direction = f < 0.5F ? rotate(forward, from) : rotate(backward, to);
+  out.direction = vec_cast<float>(normalized(direction));
+  out.irradiance = a.irradiance * (1 - f) + b.irradiance * f;
+  out.angular_radius_rad = blend(a.angular_radius_rad, b.angular_radius_rad, f);
+  const auto from_a =
+      carried_covariance(a.direction_covariance, a.direction, forward, out.direction);
+  const auto from_b =
+      carried_covariance(b.direction_covariance, b.direction, backward, out.direction);
+  for (std::size_t i = 0; i < 3; ++i) out.direction_covariance[i] = blend(from_a[i], from_b[i], f);
+  return out;
+}
+
+const Light* with_track(const std::vector<Light>& lights, std::uint32_t track) {
+  if (track == 0) return nullptr;
+  const auto found = std::find_if(lights.begin(), lights.end(),
+                                  [&](const Light& light) { return light.track == track; });
+  return found == lights.end() ? nullptr : &*found;
+}
+
+std::vector<Light> blend_lights(const std::vector<Light>& a, const std::vector<Light>& b, float f) {
+  std::vector<Light> out;
+  out.reserve(a.size() + b.size());
+  const auto faded = [&](const Light& light, float share) {
+    out.push_back(light);
+    out.back().irradiance = light.irradiance * share;
+  };
+  for (const Light& light : a) {
+    if (const Light* same = with_track(b, light.track))
+      out.push_back(between(light, *same, f));
+    else
+      faded(light, 1 - f);
+  }
+  for (const Light& light : b)
+    if (with_track(a, light.track) == nullptr) faded(light, f);
+  std::stable_sort(out.begin(), out.end(), [](const Light& x, const Light& y) {
+    return x.irradiance.luminance() > y.irradiance.luminance();
+  });
+  if (out.size() > kMaxLights) out.resize(kMaxLights);
+  return out;
+}
+
+RadianceSh blend_harmonics(const RadianceSh& a, const RadianceSh& b, float f) {
+  RadianceSh out;
+  out.band = std::max(a.band, b.band);
+  const auto of = [](const RadianceSh& sh, int i) {
+    return i < sh.count() ? sh.c[static_cast<std::size_t>(i)] : Radiance{};
+  };
+  for (int i = 0; i < out.count(); ++i)
+    out.c[static_cast<std::size_t>(i)] = of(a, i) * (1 - f) + of(b, i) * f;
+  return out;
+}
+
+ErrorBound worse(const ErrorBound& a, const ErrorBound& b) {
+  return {std::max(a.total, b.total), std::max(a.truncation, b.truncation),
+          std::max(a.sampling, b.sampling), std::max(a.noise, b.noise),
+          std::max(a.quantization, b.quantization)};
+}
+
+}  // namespace
+
+Descriptor interpolated(const Descriptor& a, const Descriptor& b, float f) {
+  const Descriptor& nearer = f < 0.5F ? a : b;
+  if (a.units != b.units || a.calibration_id != b.calibration_id) return nearer;
+  Descriptor out = nearer;
+  out.time.mid_exposure.ns = blend_ns(a.time.mid_exposure.ns, b.time.mid_exposure.ns, f);
+  out.radiance = blend_harmonics(a.radiance, b.radiance, f);
+  out.lights = blend_lights(a.lights, b.lights, f);
+  out.coverage = std::min(a.coverage, b.coverage);
+  out.saturated = std::max(a.saturated, b.saturated);
+  out.bound = worse(a.bound, b.bound);
+  for (const Flag flag : kFlags)
+    if (a.flags.has(flag) || b.flags.has(flag)) out.flags.set(flag);
+  return out;
+}
+
+}  // namespace lightwell::core

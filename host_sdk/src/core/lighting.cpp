@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include <lightwell/cap.hpp>
+#include <lightwell/harmonics.hpp>
+#include <lightwell/lighting.hpp>
+#include <lightwell/lobes.hpp>
+
+#include "core/light_transport.hpp"
+#include "core/sample.hpp"
+
+namespace lightwell {
+namespace {
+
+constexpr Vec3f kZero{};
+
+const core::Sample& no_sample() {
+  static const core::Sample none{};
+  return none;
+}
+
+/// In double: near the middle of a narrow lobe, or of the sun's disc, a float's cosine has no
+/// digits left to tell angles apart.
+double cos_between(Vec3f a, Vec3f b) {
+  return dot(normalized(vec_cast<double>(a)), normalized(vec_cast<double>(b)));
+}
+
+struct RoughnessLobe {
+  explicit RoughnessLobe(float r)
+      : roughness(r), lobe(static_cast<double>(r)), band_factor(lobe.coefficients()) {}
+  float roughness;
+  GgxLobe lobe;
+  std::array<double, kMaxBand + 1> band_factor;
+};
+
+/// Coefficients cost microseconds of quadrature, and whoever shades asks many directions at one
+/// roughness: the last lobe of each thread is kept.
+const RoughnessLobe& lobe_of(float roughness) {
+  thread_local RoughnessLobe last(roughness);
+  if (last.roughness != roughness) last = RoughnessLobe(roughness);
+  return last;
+}
+
+RadianceSh convolved(const RadianceSh& sh, const std::array<double, kMaxBand + 1>& band_factor) {
+  RadianceSh out;
+  out.band = sh.band;
+  for (int l = 0, i = 0; l <= sh.band; ++l) {
+    const auto k = static_cast<float>(band_factor[static_cast<std::size_t>(l)]);
+    for (; i < sh_count(l); ++i)
+      out.c[static_cast<std::size_t>(i)] = sh.c[static_cast<std::size_t>(i)] * k;
+  }
+  return out;
+}
+
+}  // namespace
+
+Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age,
+                   Duration max_age)
+    : sample_(std::move(sample)), validity_(validity), age_(age), max_age_(max_age) {}
+
+Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
+  auto sample = std::make_shared<const core::Sample>(core::sample_of(std::move(descriptor)));
+  const Validity validity = age > max_age ? Validity::stale : Validity::valid;
+  return {std::move(sample), validity, std::max(age, Duration{}), max_age};
+}
+
+std::string Lighting::reason() const {
+  switch (validity_) {
+    case Validity::valid:
+      return {};
+    case Validity::stale: {
+      std::array<char, 96> text{};
+      std::snprintf(text.data(), text.size(),
+                    "%.0f ms from the nearest descriptor, and max_age is %.0f ms",
+                    age_.milliseconds(), max_age_.milliseconds());
+      return text.data();
+    }
+    case Validity::none:
+      return "no descriptor has come yet";
+    case Validity::before_history:
+      return "the moment lies before the oldest descriptor kept; ProbeOptions::history keeps more";
+    case Validity::invalid_query:
+      return "the rotation is zero or not finite";
+  }
+  return {};
+}
+
+const Descriptor& Lighting::descriptor() const {
+  return sample_ ? sample_->descriptor : no_sample().descriptor;
+}
+
+std::size_t Lighting::encoded_bytes() const { return sample_ ? sample_->encoded_bytes : 0; }
+HostTime Lighting::mid_exposure() const { return sample_ ? sample_->mid_exposure : HostTime{}; }
+HostTime Lighting::received() const { return sample_ ? sample_->received : HostTime{}; }
+
+std::span<const Light> Lighting::lights() const { return descriptor().lights; }
+
+std::optional<Light> Lighting::primary_light() const {
+  if (lights().empty()) return std::nullopt;
+  return lights().front();
+}
+
+template <class T>
+Answer<T> Lighting::answer() const {
+  Answer<T> out;
+  out.validity = validity_;
+  out.age = age_;
+  out.error_bound = descriptor().bound.total;
+  out.flags = descriptor().flags;
+  return out;
+}
+
+Answer<Irradiance> Lighting::irradiance(Vec3f normal) const {
+  auto out = answer<Irradiance>();
+  if (!sample_) return out;
+  const Vec3f n = normalized(normal);
+  if (n == kZero) {
+    out.validity = Validity::invalid_query;
+    return out;
+  }
+  out.value = evaluate(sample_->irradiance, n);
+  for (const Light& light : sample_->descriptor.lights) {
+    const double cos_angle = cos_between(normal, light.direction);
+    const double factor = cap_irradiance(cos_angle, static_cast<double>(light.angular_radius_rad));
+    out.value += light.irradiance * static_cast<float>(factor);
+  }
+  return out;
+}
+
+Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness) const {
+  auto out = answer<Radiance>();
+  const bool mirror = perceptual_roughness <= 0;
+  if (mirror) out.lights = LightsIncluded::no;
+  if (!sample_) return out;
+  const Vec3f d = normalized(direction);
+  if (d == kZero || !std::isfinite(perceptual_roughness)) {
+    out.validity = Validity::invalid_query;
+    return out;
+  }
+  const RadianceSh& sh = sample_->descriptor.radiance;
+  if (mirror) {
+    out.value = evaluate(sh, d);
+    return out;
+  }
+  constexpr auto smallest = static_cast<float>(GgxLobe::kMinRoughness);
+  const RoughnessLobe& rough = lobe_of(std::clamp(perceptual_roughness, smallest, 1.0F));
+  out.value = evaluate(convolved(sh, rough.band_factor), d);
+  for (const Light& light : sample_->descriptor.lights) {
+    const double per_irradiance =
+        cap_radiance(cos_between(direction, light.direction),
+                     static_cast<double>(light.angular_radius_rad), rough.lobe);
+    const Irradiance e = light.irradiance;
+    out.value += Radiance{e.r, e.g, e.b} * static_cast<float>(per_irradiance);
+  }
+  return out;
+}
+
+Lighting Lighting::rotated(Quat q) const {
+  if (!sample_) return *this;
+  const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  if (!(norm2 > 0) || !std::isfinite(norm2))
+    return {nullptr, Validity::invalid_query, {}, max_age_};
+  const Quat turn = q.normalized();
+  core::Sample out = *sample_;
+  out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);
+  out.irradiance = irradiance_of(out.descriptor.radiance);
+  for (Light& light : out.descriptor.lights) light = core::turned(light, turn);
+  out.descriptor.environment.reset();
+  return {std::make_shared<const core::Sample>(std::move(out)), validity_, age_, max_age_};
+}
+
+}  // namespace lightwell

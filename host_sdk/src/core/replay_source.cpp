@@ -1,0 +1,141 @@
+// A recording of descriptors as a link: the same intake, the same answers, no network.
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/recording.hpp>
+
+#include "core/source.hpp"
+
+namespace lightwell::core {
+namespace {
+
+/// When a record is due, and which host time its mid-exposure is given: as if it happened now, at
+/// `speed` times its pace.
+class ReplayClock {
+ public:
+  explicit ReplayClock(double speed) : speed_(speed), start_{monotonic_now_ns()} {}
+
+  [[nodiscard]] HostTime due(std::int64_t record_time_ns) {
+    if (speed_ == 0) return start_;
+    if (!first_record_ns_) first_record_ns_ = record_time_ns;
+    return start_ + scaled(record_time_ns - *first_record_ns_);
+  }
+
+  /// The probe's pace, with the offset at which no descriptor arrives before it was encoded: the
+  /// quickest transport seen so far stands for none. Without pace each stands for itself.
+  [[nodiscard]] HostTime host_time(const CaptureTime& time, HostTime received) {
+    const HostTime latest = received - time.encoded_after;
+    if (speed_ == 0) return latest;
+    const Duration since = scaled(time.mid_exposure.ns);
+    const Duration offset{latest.ns - since.ns};
+    offset_ = offset_ ? std::min(*offset_, offset) : offset;
+    return {since.ns + offset_->ns};
+  }
+
+ private:
+  [[nodiscard]] Duration scaled(std::int64_t ns) const {
+    // At the recording's own pace no digit is lost to a double.
+    return {speed_ == 1 ? ns : static_cast<std::int64_t>(static_cast<double>(ns) / speed_)};
+  }
+
+  double speed_;
+  HostTime start_;
+  std::optional<std::int64_t> first_record_ns_;
+  std::optional<Duration> offset_;
+};
+
+class ReplaySource final : public Source {
+ public:
+  ReplaySource(RecordReader reader, double speed, Intake& intake)
+      : reader_(std::move(reader)), speed_(speed), intake_(intake), thread_([this] { play(); }) {}
+
+  ~ReplaySource() override {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+
+  Status set_estimator(const EstimatorConfig&) override { return no_probe(); }
+  Result<double> report_lux(double, Vec3f) override { return no_probe(); }
+
+ private:
+  static Status no_probe() {
+    return {StatusCode::failed_precondition,
+            "this is a recording; only a probe at grpc://HOST:PORT can be told something"};
+  }
+
+  void play() {
+    intake_.set_state(LinkState::connected);
+    ReplayClock clock(speed_);
+    Record record;
+    while (reader_.next(record)) {
+      if (stopped_before(clock.due(record.time_ns))) return;
+      if (record.payload.size() > kMaxDescriptorBytes) {
+        intake_.refuse_oversized(record.payload.size());
+        continue;
+      }
+      const HostTime received{monotonic_now_ns()};
+      intake_.take(record.payload, received,
+                   [&](const CaptureTime& time) { return clock.host_time(time, received); });
+    }
+    if (reader_.torn_bytes() > 0)
+      intake_.report_error("the recording was cut off: its last " +
+                           std::to_string(reader_.torn_bytes()) + " bytes are no whole record");
+    intake_.set_state(LinkState::ended);
+  }
+
+  /// Sleeps until `due`; true where the destructor came first.
+  bool stopped_before(HostTime due) {
+    std::unique_lock lock(mutex_);
+    const std::chrono::nanoseconds left(due.ns - monotonic_now_ns());
+    return wake_.wait_for(lock, left, [this] { return stopping_; });
+  }
+
+  RecordReader reader_;
+  const double speed_;
+  Intake& intake_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, Intake& intake) {
+  Result<RecordReader> reader = RecordReader::open(replay.path);
+  if (!reader.ok()) return reader.status();
+  const RecordingHeader& header = reader->header();
+  if (header.kind != RecordingKind::descriptors)
+    return Status(StatusCode::invalid_argument,
+                  replay.path +
+                      " holds a camera's frames, not descriptors; lightwelld plays it as "
+                      "the camera replay:PATH");
+  ProbeInfo info;
+  info.name = header.probe_name;
+  info.version = header.version;
+  info.camera = "replay:" + replay.path;
+  Record first;
+  if (reader->next(first))
+    if (const Result<Descriptor> descriptor = decode_descriptor(first.payload); descriptor.ok()) {
+      info.id = descriptor->probe_id;
+      info.calibration_id = descriptor->calibration_id;
+    }
+  reader->rewind();
+  intake.describe(info);
+  return std::unique_ptr<Source>(
+      std::make_unique<ReplaySource>(std::move(*reader), replay.speed, intake));
+}
+
+}  // namespace lightwell::core

@@ -1,0 +1,31 @@
+// One descriptor as the SDK keeps it.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#include <lightwell/descriptor.hpp>
+#include <lightwell/harmonics.hpp>
+#include <lightwell/time.hpp>
+
+namespace lightwell::core {
+
+/// Immutable once shared. The convolution with the cosine is done here, once, so that a query only
+/// evaluates.
+struct Sample {
+  Descriptor descriptor;
+  IrradianceSh irradiance;  ///< irradiance_of(descriptor.radiance): without the lights.
+  HostTime mid_exposure;
+  HostTime received;
+  std::size_t encoded_bytes = 0;
+};
+
+/// A sample without time or bytes, its irradiance evaluated.
+[[nodiscard]] inline Sample sample_of(Descriptor descriptor) {
+  Sample sample;
+  sample.irradiance = irradiance_of(descriptor.radiance);
+  sample.descriptor = std::move(descriptor);
+  return sample;
+}
+
+}  // namespace lightwell::core

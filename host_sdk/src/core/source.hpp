@@ -1,0 +1,38 @@
+// A link to a probe: what grpc_source and replay_source have in common.
+#pragma once
+
+#include <memory>
+
+#include <lightwell/config.hpp>
+#include <lightwell/geometry.hpp>
+#include <lightwell/probe.hpp>
+#include <lightwell/result.hpp>
+
+#include "core/intake.hpp"
+#include "core/uri.hpp"
+
+namespace lightwell::core {
+
+/// Owns one reader thread that feeds an Intake, from construction to destruction. The destructor
+/// ends it within a second.
+class Source {
+ public:
+  Source() = default;
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+  virtual ~Source() = default;
+
+  /// As the methods of Probe; any thread; may block.
+  [[nodiscard]] virtual Status set_estimator(const EstimatorConfig& config) = 0;
+  [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3f normal) = 0;
+};
+
+/// Begins to connect; Intake::describe() tells of success. The intake outlives the source.
+[[nodiscard]] std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address,
+                                                       const ProbeOptions& options, Intake& intake);
+
+/// The recording's errors; Intake::describe() was called where it is good.
+[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay,
+                                                                 Intake& intake);
+
+}  // namespace lightwell::core

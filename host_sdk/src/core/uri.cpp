@@ -1,0 +1,74 @@
+#include "core/uri.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <system_error>
+
+#include <lightwell/probe.hpp>
+
+namespace lightwell::core {
+namespace {
+
+constexpr std::string_view kGrpc = "grpc://";
+constexpr std::string_view kReplay = "replay:";
+constexpr std::string_view kSpeed = "?speed=";
+
+template <class Number>
+std::optional<Number> number_of(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+Status refused(std::string_view uri, std::string_view why) {
+  return {StatusCode::invalid_argument,
+          "'" + std::string(uri) + "' is no address of a probe: " + std::string(why)};
+}
+
+Result<ProbeUri> parse_grpc(std::string_view uri) {
+  std::string_view rest = uri.substr(kGrpc.size());
+  if (rest.ends_with('/')) rest.remove_suffix(1);
+  // The colon of a port stands behind a bracketed address, never inside.
+  const std::size_t bracket = rest.rfind(']');
+  const std::size_t from = bracket == std::string_view::npos ? 0 : bracket;
+  const std::size_t colon = rest.find(':', from);
+  const std::string_view host = rest.substr(0, colon);
+  if (host.empty() || host == "[]") return refused(uri, "no host; grpc://HOST:PORT is one");
+  if (host.find_first_of("/?#@ ") != std::string_view::npos)
+    return refused(uri, "nothing but a host and a port is understood; grpc://HOST:PORT is one");
+  if (bracket == std::string_view::npos && colon != std::string_view::npos &&
+      rest.find(':', colon + 1) != std::string_view::npos)
+    return refused(uri, "an IPv6 address wants brackets, grpc://[::1]:7420");
+  if (colon == std::string_view::npos)
+    return ProbeUri(GrpcAddress{std::string(host) + ":" + std::to_string(kDefaultPort)});
+  const std::optional<int> port = number_of<int>(rest.substr(colon + 1));
+  if (!port || *port < 1 || *port > 65535) return refused(uri, "the port is a number, 1 to 65535");
+  return ProbeUri(GrpcAddress{std::string(host) + ":" + std::to_string(*port)});
+}
+
+Result<ProbeUri> parse_replay(std::string_view uri) {
+  std::string_view rest = uri.substr(kReplay.size());
+  ReplayPath replay;
+  if (const std::size_t mark = rest.rfind(kSpeed); mark != std::string_view::npos) {
+    const std::optional<double> speed = number_of<double>(rest.substr(mark + kSpeed.size()));
+    if (!speed || !std::isfinite(*speed) || *speed < 0)
+      return refused(uri, "the speed is a number from 0 on; 1 is the recording's own pace");
+    replay.speed = *speed;
+    rest = rest.substr(0, mark);
+  }
+  if (rest.empty()) return refused(uri, "no path; replay:PATH is one");
+  replay.path = std::string(rest);
+  return ProbeUri(std::move(replay));
+}
+
+}  // namespace
+
+Result<ProbeUri> parse_probe_uri(std::string_view uri) {
+  if (uri.starts_with(kGrpc)) return parse_grpc(uri);
+  if (uri.starts_with(kReplay)) return parse_replay(uri);
+  return refused(uri, "known are grpc://HOST:PORT and replay:PATH");
+}
+
+}  // namespace lightwell::core

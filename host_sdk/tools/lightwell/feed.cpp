@@ -1,0 +1,81 @@
+#include "feed.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <utility>
+
+namespace lightwell::tool {
+namespace {
+
+volatile std::sig_atomic_t signal_seen = 0;
+
+void on_signal(int) { signal_seen = 1; }
+
+}  // namespace
+
+void stop_on_signals() {
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+}
+
+bool stop_requested() { return signal_seen != 0; }
+
+Result<std::unique_ptr<Feed>> Feed::open(const std::string& uri) {
+  std::unique_ptr<Feed> feed(new Feed);
+  ProbeOptions options;
+  options.on_descriptor = [raw = feed.get()](const Arrival& arrival) { raw->put(arrival); };
+  Result<Probe> probe = Probe::connect(uri, std::move(options));
+  if (!probe.ok()) return probe.status();
+  feed->probe_.emplace(std::move(*probe));
+  return feed;
+}
+
+Feed::~Feed() {
+  {
+    // The reader may be waiting in put(); the probe's destructor waits for the reader.
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
+  changed_.notify_all();
+  probe_.reset();
+}
+
+void Feed::put(const Arrival& arrival) {
+  Item item{{arrival.bytes.begin(), arrival.bytes.end()},
+            arrival.descriptor,
+            arrival.mid_exposure,
+            arrival.received,
+            arrival.stored};
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return closed_ || waiting_.size() < kMaxWaiting; });
+  if (closed_) return;
+  waiting_.push_back(std::move(item));
+  changed_.notify_all();
+}
+
+std::optional<Item> Feed::next(HostTime deadline) {
+  // Short waits, because neither a signal nor a recording's end notifies.
+  constexpr std::int64_t kLookEvery = 20'000'000;
+  for (;;) {
+    const bool last_look = over() || stop_requested() || monotonic_now_ns() >= deadline.ns;
+    std::unique_lock lock(mutex_);
+    const auto wait = last_look ? 0 : std::min(kLookEvery, deadline.ns - monotonic_now_ns());
+    if (changed_.wait_for(lock, std::chrono::nanoseconds(wait),
+                          [this] { return !waiting_.empty(); })) {
+      Item item = std::move(waiting_.front());
+      waiting_.pop_front();
+      changed_.notify_all();
+      return item;
+    }
+    if (last_look) return std::nullopt;
+  }
+}
+
+bool Feed::over() const {
+  if (probe_->stats().state != LinkState::ended) return false;
+  const std::lock_guard lock(mutex_);
+  return waiting_.empty();
+}
+
+}  // namespace lightwell::tool

@@ -1,0 +1,64 @@
+#include <cstdio>
+
+#include <lightwell/probe.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "json_line.hpp"
+
+namespace lightwell::tool {
+namespace {
+
+std::string json_of(const ProbeInfo& info) {
+  const Counters& counters = info.counters;
+  const auto count = [](std::uint64_t n) { return static_cast<double>(n); };
+  JsonLine line;
+  line.text("name", info.name)
+      .number("id", info.id)
+      .number("calibration_id", info.calibration_id)
+      .text("version", info.version)
+      .text("camera", info.camera)
+      .number("clock_offset_ms", info.clock_offset.milliseconds())
+      .number("clock_uncertainty_ms", info.clock_uncertainty.milliseconds())
+      .number("frames", count(counters.frames))
+      .number("captures_dropped", count(counters.captures_dropped))
+      .number("brackets_incomplete", count(counters.brackets_incomplete))
+      .number("estimates", count(counters.estimates))
+      .number("estimates_failed", count(counters.estimates_failed))
+      .number("descriptors_coalesced", count(counters.descriptors_coalesced))
+      .number("clients", counters.clients)
+      .number("frames_recorded", count(counters.frames_recorded))
+      .number("recording_faults", count(counters.recording_faults));
+  return line.str();
+}
+
+}  // namespace
+
+int run_info(const InfoOptions& options) {
+  const Result<Probe> probe = Probe::connect(options.uri);
+  if (!probe.ok()) return fail(probe.status());
+  const ProbeInfo info = probe->info();
+  if (options.output == Output::json) {
+    std::printf("%s\n", json_of(info).c_str());
+    return kOk;
+  }
+  const Counters& counters = info.counters;
+  const auto wide = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf("name         %s (%08x)\n", info.name.c_str(), info.id);
+  std::printf("firmware     %s\n", info.version.c_str());
+  std::printf("camera       %s, calibration %08x\n", info.camera.c_str(), info.calibration_id);
+  std::printf("clock        %.3f ms ahead of this host's, +-%.3f ms\n",
+              info.clock_offset.milliseconds(), info.clock_uncertainty.milliseconds());
+  std::printf("frames       %llu, captures dropped %llu, brackets incomplete %llu\n",
+              wide(counters.frames), wide(counters.captures_dropped),
+              wide(counters.brackets_incomplete));
+  std::printf("estimates    %llu, failed %llu\n", wide(counters.estimates),
+              wide(counters.estimates_failed));
+  std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients,
+              wide(counters.descriptors_coalesced));
+  std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),
+              wide(counters.recording_faults));
+  return kOk;
+}
+
+}  // namespace lightwell::tool

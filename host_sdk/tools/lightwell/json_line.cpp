@@ -1,0 +1,61 @@
+#include "json_line.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+namespace lightwell::tool {
+
+std::string json_number(double value) {
+  if (!std::isfinite(value)) return "null";
+  std::array<char, 32> text{};
+  // Shortest that reads back the same where the value is whole, six digits otherwise.
+  const auto whole = std::abs(value) < 1e15 && value == std::nearbyint(value);
+  const auto [end, error] =
+      whole ? std::to_chars(text.data(), text.data() + text.size(), static_cast<long long>(value))
+            : std::to_chars(text.data(), text.data() + text.size(), value,
+                            std::chars_format::general, 6);
+  return {text.data(), end};
+}
+
+std::string json_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      std::array<char, 8> escaped{};
+      std::snprintf(escaped.data(), escaped.size(), "\\u%04x", static_cast<unsigned>(c));
+      out += escaped.data();
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+JsonLine& JsonLine::numbers(std::string_view key, std::span<const float> values) {
+  std::string list;
+  for (const float value : values)
+    list += (list.empty() ? "" : ",") + json_number(static_cast<double>(value));
+  return raw(key, "[" + list + "]");
+}
+
+JsonLine& JsonLine::texts(std::string_view key, std::span<const std::string_view> values) {
+  std::string list;
+  for (const std::string_view value : values)
+    list += (list.empty() ? "" : ",") + json_string(value);
+  return raw(key, "[" + list + "]");
+}
+
+JsonLine& JsonLine::raw(std::string_view key, std::string_view json) {
+  if (!body_.empty()) body_ += ',';
+  body_ += json_string(key);
+  body_ += ':';
+  body_ += json;
+  return *this;
+}
+
+}  // namespace lightwell::tool

@@ -1,0 +1,159 @@
+// lightwell: looks at a probe from the command line.
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include <lightwell/probe.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+
+namespace {
+
+using namespace lightwell::tool;
+
+constexpr const char* kAbout = R"(How a place is lit, as a Lightwell probe sees it.
+
+URI is grpc://HOST:PORT (port 7420 where none is given) or replay:FILE, a recording of
+descriptors, with ?speed=2 twice as fast, with ?speed=0 as fast as it is read.)";
+
+constexpr const char* kExamples = R"(Examples:
+  lightwell watch grpc://probe.local                     a line a second
+  lightwell watch grpc://probe.local --seconds 10 --json | tail -1
+  lightwell query grpc://probe.local --normal 0,1,0      illuminance of the table
+  lightwell query grpc://probe.local --direction 0,0,-1 --roughness 0.4
+  lightwell record grpc://probe.local evening.lwr --seconds 60
+  lightwell query replay:evening.lwr --lights --json
+
+Exit codes: 0 ok, 1 nothing was received, 2 usage, 3 unreachable, 4 a file or the probe
+refused.)";
+
+constexpr const char* kWatchHelp =
+    R"(One line a second, a summary of the whole run at the end (also after Ctrl-C).
+  latency  p50 / p99 in ms from the camera handing the frame over, at the probe, to the
+           descriptor being readable in this host's SDK
+  age      p50 / p99 in ms from mid-exposure to that moment
+  clock    how far both may be off, for they compare two clocks
+
+Keys with --json; "second" lines speak of their second, the "summary" of the whole run:
+  kind "second" or "summary", seconds, frames, frames_per_s, latency_p50_ms, latency_p99_ms,
+  age_p50_ms, age_p99_ms, bytes_p50, bytes_max; of the newest descriptor: lights, band,
+  bound (null: infinite), flags, sequence; since the start: gaps, rejected, reconnects;
+  clock_uncertainty_ms, state (connecting, connected, waiting, ended). A percentile of
+  nothing is null.)";
+
+constexpr const char* kQueryHelp =
+    R"(One answer, of the newest descriptor. Directions are in the probe's frame: +Y up, -Z forward;
+they need not be normalised. Lux and cd/m2 where the probe's scale is absolute.
+  lightwell query URI --normal 0,1,0                 irradiance of a surface that faces up
+  lightwell query URI --direction 0,0,-1 --roughness 0.4
+  lightwell query URI --lights
+Keys with --json: quantity, rgb, luminance, unit, lights (included, left_out), validity, age_ms,
+bound (null: infinite), flags; of a light: track, direction, rgb, luminance, unit,
+angular_radius_deg, direction_covariance.)";
+
+class Program {
+ public:
+  Program() {
+    app_.footer(kExamples);
+    app_.require_subcommand(1);
+    app_.set_version_flag("--version", std::string(lightwell::version()));
+    add_watch();
+    add_query();
+    add_record();
+    add_replay();
+    add_info();
+  }
+
+  int run(int argc, char** argv) {
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::Success& success) {
+      return app_.exit(success);
+    } catch (const CLI::ParseError& error) {
+      return fail(kUsage, std::string(error.what()) + "; see lightwell --help");
+    }
+    return exit_code_;
+  }
+
+ private:
+  CLI::App* add(const char* name, const char* about) { return app_.add_subcommand(name, about); }
+  static void add_uri(CLI::App* command, std::string& uri) {
+    command->add_option("URI", uri, "grpc://HOST:PORT or replay:FILE")->required();
+  }
+  static void add_json(CLI::App* command, Output& output) {
+    command->add_flag_callback(
+        "--json", [&output] { output = Output::json; }, "JSON, one object a line");
+  }
+  static void add_seconds(CLI::App* command, double& seconds) {
+    command->add_option("--seconds", seconds, "End after so long; without it, at Ctrl-C")
+        ->check(CLI::PositiveNumber);
+  }
+
+  void add_watch() {
+    CLI::App* command = add("watch", "How the link and the light fare, a line a second");
+    add_uri(command, watch_.uri);
+    add_seconds(command, watch_.seconds);
+    add_json(command, watch_.output);
+    command->add_option("--record", watch_.record, "Write what comes to this file, too");
+    command->footer(kWatchHelp);
+    command->callback([this] { exit_code_ = run_watch(watch_); });
+  }
+
+  void add_query() {
+    CLI::App* command =
+        add("query", "How a surface is lit, what a direction looks like, which lights");
+    add_uri(command, query_.uri);
+    command->add_option("--normal", query_.normal,
+                        "x,y,z: irradiance of a surface that faces there");
+    CLI::Option* direction =
+        command->add_option("--direction", query_.direction, "x,y,z: radiance from there");
+    command
+        ->add_option("--roughness", query_.roughness,
+                     "Perceptual, 0 (mirror, lights left out) to 1; default 1")
+        ->needs(direction)
+        ->check(CLI::Range(0.0, 1.0));
+    command->add_flag("--lights", query_.lights, "The discrete lights");
+    add_json(command, query_.output);
+    command->footer(kQueryHelp);
+    command->callback([this] { exit_code_ = run_query(query_); });
+  }
+
+  void add_record() {
+    CLI::App* command = add("record", "Keep descriptors, byte for byte as received");
+    add_uri(command, record_.uri);
+    command->add_option("FILE", record_.file, "New, or a recording to go on with")->required();
+    add_seconds(command, record_.seconds);
+    command->footer("Example: lightwell record grpc://probe.local evening.lwr --seconds 60");
+    command->callback([this] { exit_code_ = run_record(record_); });
+  }
+
+  void add_replay() {
+    CLI::App* command = add("replay", "What is in a recording, one descriptor a line");
+    command->add_option("FILE", replay_.file, "A recording of descriptors")->required();
+    add_json(command, replay_.output);
+    command->footer(
+        "Keys with --json: seconds (since the first), bytes, descriptor (protobuf JSON).\n"
+        "To play one at its own pace: lightwell watch replay:FILE");
+    command->callback([this] { exit_code_ = run_replay(replay_); });
+  }
+
+  void add_info() {
+    CLI::App* command = add("info", "Who the probe is, its clock and its counters");
+    add_uri(command, info_.uri);
+    add_json(command, info_.output);
+    command->callback([this] { exit_code_ = run_info(info_); });
+  }
+
+  CLI::App app_{kAbout, "lightwell"};
+  WatchOptions watch_;
+  QueryOptions query_;
+  RecordOptions record_;
+  ReplayOptions replay_;
+  InfoOptions info_;
+  int exit_code_ = kOk;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) { return Program().run(argc, argv); }

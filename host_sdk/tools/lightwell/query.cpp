@@ -1,0 +1,122 @@
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <lightwell/probe.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "figures.hpp"
+#include "json_line.hpp"
+
+namespace lightwell::tool {
+namespace {
+
+/// How long a query waits for the first descriptor.
+constexpr Duration kPatience{5'000'000'000};
+
+std::optional<Vec3f> vector_of(std::string_view text) {
+  std::array<float, 3> v{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [next, error] = std::from_chars(at, end, v[i]);
+    const bool last = i == 2;
+    if (error != std::errc() || (last ? next != end : next == end || *next != ','))
+      return std::nullopt;
+    at = next + (last ? 0 : 1);
+  }
+  const Vec3f out{v[0], v[1], v[2]};
+  if (normalized(out) == Vec3f{}) return std::nullopt;
+  return out;
+}
+
+template <class T>
+void print_answer(std::string_view what, const Answer<T>& answer, std::string_view unit,
+                  Output output) {
+  const auto value = answer.value;
+  if (output == Output::json) {
+    const std::array<float, 3> rgb = {value.r, value.g, value.b};
+    JsonLine line;
+    line.text("quantity", what)
+        .numbers("rgb", rgb)
+        .number("luminance", static_cast<double>(value.luminance()))
+        .text("unit", unit)
+        .text("lights", answer.lights == LightsIncluded::yes ? "included" : "left_out")
+        .text("validity", to_string(answer.validity))
+        .number("age_ms", answer.age.milliseconds())
+        .number("bound", static_cast<double>(answer.error_bound))
+        .texts("flags", flag_names(answer.flags));
+    std::printf("%s\n", line.str().c_str());
+    return;
+  }
+  std::printf("%s  %.6g %.6g %.6g  luminance %.6g %s%s  %s  age %.1f ms  bound %s  flags %s\n",
+              std::string(what).c_str(), static_cast<double>(value.r), static_cast<double>(value.g),
+              static_cast<double>(value.b), static_cast<double>(value.luminance()),
+              std::string(unit).c_str(),
+              answer.lights == LightsIncluded::yes ? "" : "  lights left out",
+              std::string(to_string(answer.validity)).c_str(), answer.age.milliseconds(),
+              bound_text(answer.error_bound).c_str(), flags_text(answer.flags).c_str());
+}
+
+void print_light(const Light& light, std::string_view unit, Output output) {
+  const Vec3f d = light.direction;
+  const Irradiance e = light.irradiance;
+  const double radius_deg = static_cast<double>(light.angular_radius_rad) * 180 / 3.14159265358979;
+  if (output == Output::json) {
+    const std::array<float, 3> direction = {d.x, d.y, d.z}, rgb = {e.r, e.g, e.b};
+    JsonLine line;
+    line.text("quantity", "light")
+        .number("track", light.track)
+        .numbers("direction", direction)
+        .numbers("rgb", rgb)
+        .number("luminance", static_cast<double>(e.luminance()))
+        .text("unit", unit)
+        .number("angular_radius_deg", radius_deg)
+        .numbers("direction_covariance", light.direction_covariance);
+    std::printf("%s\n", line.str().c_str());
+    return;
+  }
+  std::printf(
+      "light %u  towards %.4f %.4f %.4f  irradiance %.6g %.6g %.6g  luminance %.6g %s  "
+      "radius %.2f deg\n",
+      light.track, static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z),
+      static_cast<double>(e.r), static_cast<double>(e.g), static_cast<double>(e.b),
+      static_cast<double>(e.luminance()), std::string(unit).c_str(), radius_deg);
+}
+
+}  // namespace
+
+int run_query(const QueryOptions& options) {
+  const std::optional<Vec3f> normal = vector_of(options.normal);
+  const std::optional<Vec3f> direction = vector_of(options.direction);
+  if (!options.normal.empty() && !normal)
+    return fail(kUsage, "--normal '" + options.normal + "': three numbers x,y,z, not all zero");
+  if (!options.direction.empty() && !direction)
+    return fail(kUsage,
+                "--direction '" + options.direction + "': three numbers x,y,z, not all zero");
+  if (!normal && !direction && !options.lights)
+    return fail(kUsage, "ask for something: --normal x,y,z, --direction x,y,z or --lights");
+
+  const Result<Probe> probe = Probe::connect(options.uri);
+  if (!probe.ok()) return fail(probe.status());
+  const Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kPatience);
+  if (!lighting.ok())
+    return fail(kNothingReceived, options.uri + ": " + lighting.status().message());
+  const bool absolute = lighting->units() == Units::absolute;
+  if (normal)
+    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative",
+                 options.output);
+  if (direction)
+    print_answer("radiance", lighting->radiance(*direction, static_cast<float>(options.roughness)),
+                 absolute ? "cd/m2" : "relative", options.output);
+  if (options.lights)
+    for (const Light& light : lighting->lights())
+      print_light(light, absolute ? "lux" : "relative", options.output);
+  return kOk;
+}
+
+}  // namespace lightwell::tool

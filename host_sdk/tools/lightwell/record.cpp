@@ -1,0 +1,42 @@
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+#include <lightwell/recording.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "feed.hpp"
+
+namespace lightwell::tool {
+
+int run_record(const RecordOptions& options) {
+  stop_on_signals();
+  Result<std::unique_ptr<Feed>> opened = Feed::open(options.uri);
+  if (!opened.ok()) return fail(opened.status());
+  Feed& feed = **opened;
+  Result<RecordWriter> writer = RecordWriter::open(
+      options.file,
+      {RecordingKind::descriptors, feed.probe().info().name, std::string(version()), {}});
+  if (!writer.ok()) return fail(kFile, writer.status().message());
+
+  const HostTime start{monotonic_now_ns()};
+  const HostTime end = options.seconds > 0 ? start + Duration::from_seconds(options.seconds)
+                                           : HostTime{std::numeric_limits<std::int64_t>::max()};
+  std::uint64_t count = 0, bytes = 0;
+  while (const std::optional<Item> item = feed.next(end)) {
+    if (const Status status = writer->append(item->received.ns, item->bytes); !status.ok())
+      return fail(kFile, options.file + ": " + status.message());
+    ++count;
+    bytes += item->bytes.size();
+  }
+  if (const Status status = writer->flush(); !status.ok())
+    return fail(kFile, options.file + ": " + status.message());
+  if (count == 0) return fail(kNothingReceived, options.uri + ": no descriptor came");
+  std::printf("%s: %llu descriptors, %llu bytes, %llu gaps\n", options.file.c_str(),
+              static_cast<unsigned long long>(count), static_cast<unsigned long long>(bytes),
+              static_cast<unsigned long long>(feed.probe().stats().gaps));
+  return kOk;
+}
+
+}  // namespace lightwell::tool

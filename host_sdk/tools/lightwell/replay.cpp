@@ -1,0 +1,70 @@
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/lighting.hpp>
+#include <lightwell/recording.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "figures.hpp"
+#include "json_line.hpp"
+
+namespace lightwell::tool {
+namespace {
+
+void print_text(double seconds, std::size_t bytes, const Descriptor& descriptor) {
+  const Lighting lighting = Lighting::of(descriptor);
+  const double up = static_cast<double>(lighting.irradiance({0, 1, 0}).value.luminance());
+  std::printf(
+      "#%llu  %8.3f s  %zu B  band %d  lights %zu  upward irradiance %.4g%s  bound %s  "
+      "flags %s\n",
+      static_cast<unsigned long long>(descriptor.sequence), seconds, bytes,
+      descriptor.radiance.band, descriptor.lights.size(), up,
+      descriptor.units == Units::absolute ? " lux" : "", bound_text(descriptor.bound.total).c_str(),
+      flags_text(descriptor.flags).c_str());
+}
+
+}  // namespace
+
+int run_replay(const ReplayOptions& options) {
+  Result<RecordReader> reader = RecordReader::open(options.file);
+  if (!reader.ok()) return fail(kFile, reader.status().message());
+  if (reader->header().kind != RecordingKind::descriptors)
+    return fail(kFile, options.file +
+                           " holds a camera's frames, not descriptors; lightwelld plays "
+                           "it as the camera replay:PATH");
+  std::size_t count = 0, bad = 0;
+  std::optional<std::int64_t> first_ns;
+  Record record;
+  while (reader->next(record)) {
+    ++count;
+    if (!first_ns) first_ns = record.time_ns;
+    const Result<Descriptor> descriptor = decode_descriptor(record.payload);
+    if (!descriptor.ok()) {
+      ++bad;
+      fail(kFile, "record " + std::to_string(count) + ": " + descriptor.status().message());
+      continue;
+    }
+    const double seconds = Duration{record.time_ns - *first_ns}.seconds();
+    if (options.output == Output::text) {
+      print_text(seconds, record.payload.size(), *descriptor);
+      continue;
+    }
+    const Result<std::string> json = descriptor_to_json(record.payload);
+    if (!json.ok()) return fail(kFile, json.status().message());
+    JsonLine line;
+    line.number("seconds", seconds)
+        .number("bytes", static_cast<double>(record.payload.size()))
+        .raw("descriptor", *json);
+    std::printf("%s\n", line.str().c_str());
+  }
+  if (reader->torn_bytes() > 0)
+    fail(kFile, options.file + " was cut off: its last " + std::to_string(reader->torn_bytes()) +
+                    " bytes are no whole record");
+  if (count == 0) return fail(kNothingReceived, options.file + " holds no descriptor");
+  return bad > 0 ? kFile : kOk;
+}
+
+}  // namespace lightwell::tool

@@ -1,0 +1,225 @@
+// A pixel and a direction are two names of one thing, over the whole of each lens.
+#include "calibration/camera_model.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/equirect.hpp>
+
+namespace lightwell {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kDegree = kPi / 180;
+// Pixels are near 1000 and angles near 1: what doubles keep, a thousandfold.
+constexpr double kPixelTolerance = 1e-9;
+
+LensParameters lens_with(ModelParameters model, double max_angle_rad) {
+  LensParameters lens;
+  lens.width = 1000;
+  lens.height = 500;
+  lens.model = model;
+  lens.max_angle_rad = max_angle_rad;
+  lens.pose_cv.rotation = upright_lens_cv();
+  return lens;
+}
+
+Vec3d direction_cv(double theta, double phi) {
+  return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+}
+
+template <class Model>
+struct Example;
+template <>
+struct Example<KannalaBrandtParameters> {
+  static LensParameters lens() {
+    return lens_with(KannalaBrandtParameters{290, 288, 501.3, 247.9, -0.03, 0.004, -0.0011, 1e-4},
+                     100 * kDegree);
+  }
+};
+template <>
+struct Example<DoubleSphereParameters> {
+  static LensParameters lens() {
+    return lens_with(DoubleSphereParameters{300, 305, 498.2, 251.0, -0.2, 0.61}, 105 * kDegree);
+  }
+};
+template <>
+struct Example<EquirectangularParameters> {
+  static LensParameters lens() { return lens_with(EquirectangularParameters{}, kPi); }
+};
+
+template <class Model>
+class CameraModelTest : public testing::Test {
+ protected:
+  const CameraModel model{Example<Model>::lens()};
+
+  /// Calls f with directions all over the domain, its edge included.
+  template <class F>
+  void for_directions(F f) const {
+    constexpr int kThetas = 400, kPhis = 37;
+    for (int i = 0; i <= kThetas; ++i) {
+      for (int j = 0; j < kPhis; ++j) {
+        const double theta = model.max_angle_rad() * i / kThetas;
+        // Straight behind there is no azimuth, hence no one pixel.
+        if (theta < kPi) f(direction_cv(theta, 2 * kPi * j / kPhis));
+      }
+    }
+  }
+};
+
+using Models =
+    testing::Types<KannalaBrandtParameters, DoubleSphereParameters, EquirectangularParameters>;
+TYPED_TEST_SUITE(CameraModelTest, Models);
+
+TYPED_TEST(CameraModelTest, UnprojectUndoesProject) {
+  this->for_directions([&](Vec3d d) {
+    const auto pixel = this->model.project(d);
+    ASSERT_TRUE(pixel) << d.x << " " << d.y << " " << d.z;
+    const auto back = this->model.unproject(*pixel);
+    ASSERT_TRUE(back) << pixel->x << " " << pixel->y;
+    // A pixel is about 1/300 rad.
+    EXPECT_LT(angle_between(*back, d), kPixelTolerance / 300) << d.x << " " << d.y << " " << d.z;
+    EXPECT_NEAR(length(*back), 1, 1e-14);
+  });
+}
+
+TYPED_TEST(CameraModelTest, ProjectUndoesUnproject) {
+  int seen = 0;
+  for (int y = 0; y < 500; y += 7) {
+    for (int x = 0; x < 1000; x += 7) {
+      const auto d = this->model.unproject({x + 0.25, y - 0.125});
+      if (!d) continue;
+      const auto pixel = this->model.project(*d);
+      ASSERT_TRUE(pixel) << x << " " << y;
+      EXPECT_NEAR(pixel->x, x + 0.25, kPixelTolerance);
+      EXPECT_NEAR(pixel->y, y - 0.125, kPixelTolerance);
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 2000);
+}
+
+TYPED_TEST(CameraModelTest, LengthOfTheDirectionDoesNotMatter) {
+  const Vec3d d = direction_cv(1.2, 0.3);
+  for (const double scale : {1e-200, 1e-3, 1e200}) {
+    const auto a = this->model.project(d), b = this->model.project(d * scale);
+    ASSERT_TRUE(a && b) << scale;
+    EXPECT_NEAR(a->x, b->x, kPixelTolerance);
+    EXPECT_NEAR(a->y, b->y, kPixelTolerance);
+  }
+}
+
+TYPED_TEST(CameraModelTest, WhatIsNoDirectionHasNoPixel) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(this->model.project({0, 0, 0}));
+  EXPECT_FALSE(this->model.project({kNan, 0, 1}));
+  EXPECT_FALSE(this->model.project({0, std::numeric_limits<double>::infinity(), 1}));
+  EXPECT_FALSE(this->model.unproject({kNan, 0}));
+}
+
+TYPED_TEST(CameraModelTest, TheDomainEndsAtTheLargestAngle) {
+  const double end = this->model.max_angle_rad();
+  if (end == kPi) {
+    EXPECT_TRUE(this->model.project({0, 0, -1})) << "the whole sphere has no edge";
+    return;
+  }
+  for (int j = 0; j < 16; ++j) {
+    const double phi = 2 * kPi * j / 16;
+    const auto edge = this->model.project(direction_cv(end - 1e-9, phi));
+    ASSERT_TRUE(edge);
+    EXPECT_FALSE(this->model.project(direction_cv(end + 1e-9, phi)));
+    const auto axis = this->model.project({0, 0, 1});
+    ASSERT_TRUE(axis);
+    const auto outwards = [&](double s) {
+      return PixelPosition{axis->x + (edge->x - axis->x) * s, axis->y + (edge->y - axis->y) * s};
+    };
+    EXPECT_TRUE(this->model.unproject(outwards(1 - 1e-7)));
+    EXPECT_FALSE(this->model.unproject(outwards(1 + 1e-7)));
+  }
+}
+
+TEST(KannalaBrandt, RadiusGrowsWithTheAngleBeyondNinetyDegrees) {
+  KannalaBrandtParameters k;
+  k.fx = 100;
+  k.fy = 200;
+  k.cx = 7;
+  k.cy = 9;
+  const CameraModel model(lens_with(k, 3));
+  // All k zero: the radius is the angle itself, the focal length pixels per rad.
+  const auto right = model.project(direction_cv(2.5, 0)),
+             down = model.project(direction_cv(2.5, kPi / 2));
+  ASSERT_TRUE(right && down);
+  EXPECT_NEAR(right->x, 7 + 250, kPixelTolerance);
+  EXPECT_NEAR(right->y, 9, kPixelTolerance);
+  EXPECT_NEAR(down->x, 7, kPixelTolerance);
+  EXPECT_NEAR(down->y, 9 + 500, kPixelTolerance);
+}
+
+TEST(KannalaBrandt, EndsWhereTheRadiusTurnsBack) {
+  KannalaBrandtParameters k;
+  k.fx = k.fy = 100;
+  k.k1 = -0.2;
+  // dr/dtheta = 1 - 0.6 theta² = 0.
+  const double turning = std::sqrt(1 / 0.6);
+  const CameraModel model(lens_with(k, 1.7));
+  EXPECT_NEAR(model.max_angle_rad(), turning, 1e-12);
+  EXPECT_TRUE(model.project(direction_cv(turning - 1e-6, 1)));
+  EXPECT_FALSE(model.project(direction_cv(turning + 1e-6, 1)));
+  // Both branches reach this radius; the answer is the nearer one.
+  const auto d = model.unproject({0.99 * 100 * turning * (1 - 0.2 / 0.6), 0});
+  ASSERT_TRUE(d);
+  EXPECT_LT(std::atan2(d->x, d->z), turning);
+}
+
+TEST(DoubleSphere, EndsWhereTheProjectionIsNoLongerOneToOne) {
+  for (const double alpha : {0.3, 0.5, 0.61, 0.9}) {
+    for (const double xi : {-0.3, 0.0, 0.4}) {
+      const CameraModel model(lens_with(DoubleSphereParameters{1, 1, 0, 0, xi, alpha}, kPi));
+      // Usenko et al. 2018, eq. 43 to 45.
+      const double w1 = alpha <= 0.5 ? alpha / (1 - alpha) : (1 - alpha) / alpha;
+      const double w2 = (w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
+      EXPECT_GE(std::cos(model.max_angle_rad()), -w2 - 1e-12);
+      EXPECT_NEAR(std::cos(model.max_angle_rad()), -w2, 0.1) << "no wide angle is given away";
+      double before = 0;
+      for (int i = 1; i <= 200; ++i) {
+        // Not up to the end itself, which is infinitely far out where alpha is a half.
+        const auto p = model.project(direction_cv(model.max_angle_rad() * i / 200.01, 0));
+        ASSERT_TRUE(p);
+        EXPECT_GT(p->x, before) << "alpha " << alpha << " xi " << xi << " step " << i;
+        before = p->x;
+      }
+    }
+  }
+}
+
+TEST(Equirectangular, UprightItIsTheHousesMapping) {
+  const LensParameters lens = Example<EquirectangularParameters>::lens();
+  const CameraModel model(lens);
+  for (int j = 0; j < 500; j += 9) {
+    for (int i = 0; i < 1000; i += 9) {
+      const auto cv = model.unproject({static_cast<double>(i), static_cast<double>(j)});
+      ASSERT_TRUE(cv);
+      const Vec3d d = rotate(lens.pose_cv.rotation, *cv);
+      EXPECT_LT(angle_between(d, equirect_direction((i + 0.5) / 1000, (j + 0.5) / 500)), 1e-14);
+    }
+  }
+}
+
+TEST(UprightLens, RightIsPlusXAndUpIsPlusY) {
+  const LensParameters lens = Example<KannalaBrandtParameters>::lens();
+  const CameraModel model(lens);
+  const auto seen = [&](Vec3d probe) {
+    return model.project(rotate(lens.pose_cv.rotation.inverse(), probe)).value();
+  };
+  const PixelPosition ahead = seen({0, 0, -1});
+  EXPECT_NEAR(ahead.x, 501.3, kPixelTolerance);
+  EXPECT_NEAR(ahead.y, 247.9, kPixelTolerance);
+  EXPECT_GT(seen({0.1, 0, -1}).x, ahead.x);
+  EXPECT_LT(seen({0, 0.1, -1}).y, ahead.y) << "up in the world is a smaller row";
+}
+
+}  // namespace
+}  // namespace lightwell

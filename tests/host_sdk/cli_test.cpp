@@ -1,0 +1,161 @@
+// The tool as a script meets it: exit codes, one line of error, JSON.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <lightwell/recording.hpp>
+
+#include "host_sdk/scenes.hpp"
+
+namespace lightwell {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Outcome {
+  int code = -1;
+  std::string out;  ///< Both streams.
+};
+
+Outcome run(const std::string& arguments) {
+  Outcome result;
+  std::FILE* pipe = popen((std::string(LIGHTWELL_CLI) + " " + arguments + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return result;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+    result.out.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return result;
+}
+
+long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+class Cli : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              ("lightwell_cli_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
+    std::filesystem::create_directories(folder_);
+    Result<RecordWriter> writer =
+        RecordWriter::open(recording(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
+    ASSERT_TRUE(writer.ok());
+    for (std::uint64_t i = 1; i <= 20; ++i) {
+      const auto time = static_cast<std::int64_t>(i) * 10'000'000;
+      const std::string bytes = test::encoded(test::numbered(i == 20 ? 25 : i, time));
+      ASSERT_TRUE(writer->append(time, test::as_bytes(bytes)).ok());
+    }
+    ASSERT_TRUE(writer->flush().ok());
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  [[nodiscard]] std::string recording() const { return (folder_ / "recording").string(); }
+  [[nodiscard]] std::string copy() const { return (folder_ / "copy").string(); }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(Cli, HelpTeaches) {
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  for (const char* word : {"watch", "query", "record", "replay", "info", "grpc://", "Exit codes"})
+    EXPECT_THAT(help.out, HasSubstr(word));
+  for (const char* key : {"latency_p50_ms", "latency_p99_ms", "age_p50_ms", "age_p99_ms",
+                          "bytes_p50", "frames_per_s", "gaps", "clock_uncertainty_ms"})
+    EXPECT_THAT(run("watch --help").out, HasSubstr(key));
+}
+
+TEST_F(Cli, MisuseIsOneLineAndTwo) {
+  for (const std::string bad :
+       {"", "frobnicate", "watch", "watch mqtt://x", "watch grpc://h --seconds no",
+        "query grpc://h", "query grpc://h --normal 1,2", "query grpc://h --normal 0,0,0",
+        "query grpc://h --direction 0,0,1 --roughness 2"}) {
+    const Outcome result = run(bad);
+    EXPECT_EQ(result.code, 2) << bad << ": " << result.out;
+    EXPECT_EQ(lines(result.out), 1) << bad << ": " << result.out;
+  }
+}
+
+TEST_F(Cli, NobodyThereIsThree) {
+  // Port 1 (tcpmux) answers on no machine that runs tests.
+  const Outcome result = run("info grpc://127.0.0.1:1");
+  EXPECT_EQ(result.code, 3) << result.out;
+  EXPECT_EQ(lines(result.out), 1) << result.out;
+  EXPECT_THAT(result.out, HasSubstr("lightwelld"));
+}
+
+TEST_F(Cli, MissingFileIsFour) {
+  EXPECT_EQ(run("replay " + copy()).code, 4);
+  EXPECT_EQ(run("info replay:" + copy()).code, 4);
+}
+
+TEST_F(Cli, WatchSumsUp) {
+  const Outcome result = run("watch replay:" + recording() + " --json");
+  EXPECT_EQ(result.code, 0) << result.out;
+  const std::string summary = result.out.substr(result.out.find("{\"kind\":\"summary\""));
+  EXPECT_THAT(summary, HasSubstr("\"frames\":20,"));
+  EXPECT_THAT(summary, HasSubstr("\"gaps\":5,"));
+  EXPECT_THAT(summary, HasSubstr("\"lights\":1,"));
+  EXPECT_THAT(summary, HasSubstr("\"state\":\"ended\""));
+  EXPECT_THAT(summary, Not(HasSubstr("null")));
+  EXPECT_THAT(run("watch replay:" + recording()).out, HasSubstr("all: "));
+}
+
+TEST_F(Cli, WatchOfNothingIsOne) {
+  const std::string empty = (folder_ / "empty").string();
+  ASSERT_TRUE(RecordWriter::open(empty, {RecordingKind::descriptors, "x", "0", {}}).ok());
+  EXPECT_EQ(run("watch replay:" + empty).code, 1);
+  EXPECT_EQ(run("replay " + empty).code, 1);
+}
+
+TEST_F(Cli, QueryAnswers) {
+  const std::string uri = "replay:'" + recording() + "?speed=0'";
+  const Outcome result =
+      run("query " + uri + " --normal 0,1,0 --direction=-1,0,0 --roughness 0 --lights --json");
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_EQ(lines(result.out), 3) << result.out;
+  EXPECT_THAT(result.out, HasSubstr("\"quantity\":\"irradiance\""));
+  EXPECT_THAT(result.out, HasSubstr("\"lights\":\"left_out\""));
+  EXPECT_THAT(result.out, HasSubstr("\"unit\":\"lux\""));
+  EXPECT_THAT(result.out, HasSubstr("\"quantity\":\"light\""));
+}
+
+TEST_F(Cli, RecordKeepsEveryByte) {
+  const Outcome result = run("record 'replay:" + recording() + "?speed=0' " + copy());
+  EXPECT_EQ(result.code, 0) << result.out;
+  Result<RecordReader> a = RecordReader::open(recording()), b = RecordReader::open(copy());
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(b->header().probe_name, "attic");
+  Record x, y;
+  while (a->next(x)) {
+    ASSERT_TRUE(b->next(y));
+    EXPECT_EQ(x.payload, y.payload);
+  }
+  EXPECT_FALSE(b->next(y));
+}
+
+TEST_F(Cli, ReplayLists) {
+  EXPECT_EQ(lines(run("replay " + recording()).out), 20);
+  const Outcome json = run("replay " + recording() + " --json");
+  EXPECT_EQ(json.code, 0);
+  EXPECT_EQ(lines(json.out), 20) << json.out;
+  EXPECT_THAT(json.out, HasSubstr("\"sequence\":\"25\""));
+}
+
+TEST_F(Cli, InfoTellsWho) {
+  const Outcome json = run("info replay:" + recording() + " --json");
+  EXPECT_EQ(json.code, 0);
+  EXPECT_THAT(json.out, HasSubstr("\"name\":\"attic\""));
+  EXPECT_EQ(run("info replay:" + recording()).code, 0);
+}
+
+}  // namespace
+}  // namespace lightwell

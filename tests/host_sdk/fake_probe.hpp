@@ -1,0 +1,64 @@
+// A probe on the loopback whose stream says exactly what a test wants.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <grpcpp/server.h>
+
+#include <lightwell/v1/probe_service.grpc.pb.h>
+
+namespace lightwell::test {
+
+/// Serves raw bytes as descriptors, so that a test can send what no encoder would.
+class FakeProbe {
+ public:
+  FakeProbe();
+  ~FakeProbe();
+  FakeProbe(const FakeProbe&) = delete;
+  FakeProbe& operator=(const FakeProbe&) = delete;
+
+  /// Listens on the same port every time (any free one at first).
+  void start();
+  /// Breaks every connection.
+  void stop();
+  [[nodiscard]] std::string uri() const;
+
+  /// What each stream sends at its beginning, one message each; then it stays open.
+  void set_script(std::vector<std::string> messages);
+  /// The probe's clock is this host's plus so much.
+  void set_clock_offset_ns(std::int64_t offset_ns);
+
+  enum class Answering { yes, no };
+  /// While no, Info is not answered and the streams that exist say nothing: a probe that hangs.
+  void set_answering(Answering answering);
+
+  [[nodiscard]] std::optional<v1::SetConfigRequest> last_config() const;
+  [[nodiscard]] std::optional<v1::ReportLuxRequest> last_lux() const;
+
+ private:
+  class Service;
+  std::unique_ptr<Service> service_;
+  std::unique_ptr<grpc::Server> server_;
+  int port_ = 0;
+};
+
+/// Looks every few milliseconds, for half a minute at most: a bound for a hung machine, no
+/// expectation.
+[[nodiscard]] inline bool eventually(const std::function<bool()>& condition) {
+  for (int i = 0; i < 6'000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
+}  // namespace lightwell::test

@@ -1,0 +1,207 @@
+// A recording as a link, from recordings made here.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/probe.hpp>
+#include <lightwell/recording.hpp>
+
+#include "host_sdk/scenes.hpp"
+
+namespace lightwell {
+namespace {
+
+using test::encoded;
+using test::numbered;
+
+constexpr Duration kPatience{30'000'000'000};
+constexpr std::int64_t kMs = 1'000'000;
+
+class ReplaySource : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // One folder a test: ctest runs several at once.
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ =
+        std::filesystem::temp_directory_path() /
+        ("lightwell_replay_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  [[nodiscard]] std::string path() const { return (folder_ / "recording").string(); }
+
+  void record(const std::vector<std::string>& messages, std::int64_t period_ns,
+              RecordingKind kind = RecordingKind::descriptors) const {
+    RecordingHeader header;
+    header.kind = kind;
+    header.probe_name = "attic";
+    header.version = "0.0.2";
+    if (kind == RecordingKind::frames) header.calibration = RigParameters{};
+    Result<RecordWriter> writer = RecordWriter::open(path(), header);
+    ASSERT_TRUE(writer.ok()) << writer.status().message();
+    std::int64_t time = 777'000 * kMs;
+    for (const std::string& message : messages) {
+      ASSERT_TRUE(writer->append(time, test::as_bytes(message)).ok());
+      time += period_ns;
+    }
+    ASSERT_TRUE(writer->flush().ok());
+  }
+
+  /// Descriptors 1 to n, 20 ms apart by the probe's clock.
+  static std::vector<std::string> messages(std::uint64_t n) {
+    std::vector<std::string> out;
+    for (std::uint64_t i = 1; i <= n; ++i)
+      out.push_back(
+          encoded(numbered(i, 5'000'000 * kMs + static_cast<std::int64_t>(i) * 20 * kMs)));
+    return out;
+  }
+
+  static Status play_out(const Probe& probe) {
+    std::optional<std::uint64_t> seen;
+    for (;;) {
+      const Result<Lighting> next = probe.wait_for_next(seen, kPatience);
+      if (!next.ok()) return next.status();
+      seen = next->descriptor().sequence;
+    }
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(ReplaySource, PlaysEveryDescriptorByteForByte) {
+  std::vector<std::string> sent = messages(30);
+  sent[3] += std::string("\xC0\x3E\x05", 3);  // a field of the future
+  record(sent, 20 * kMs);
+  std::mutex mutex;
+  std::vector<std::string> got;
+  ProbeOptions options;
+  options.on_descriptor = [&](const Arrival& arrival) {
+    const std::lock_guard lock(mutex);
+    got.emplace_back(reinterpret_cast<const char*>(arrival.bytes.data()), arrival.bytes.size());
+  };
+  const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=0", options);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_EQ(play_out(*probe).code(), StatusCode::failed_precondition);
+  const std::lock_guard lock(mutex);
+  EXPECT_EQ(got, sent);
+  EXPECT_EQ(probe->stats().received, 30U);
+  EXPECT_EQ(probe->stats().state, LinkState::ended);
+}
+
+TEST_F(ReplaySource, TellsWhoWasRecorded) {
+  record(messages(1), 0);
+  const Result<Probe> probe = Probe::connect("replay:" + path());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  const ProbeInfo info = probe->info();
+  EXPECT_EQ(info.name, "attic");
+  EXPECT_EQ(info.version, "0.0.2");
+  EXPECT_EQ(info.id, 7U);
+  EXPECT_EQ(info.calibration_id, 9U);
+}
+
+TEST_F(ReplaySource, KeepsItsOwnPace) {
+  record(messages(6), 20 * kMs);
+  const std::int64_t start = monotonic_now_ns();
+  const Result<Probe> probe = Probe::connect("replay:" + path());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_EQ(play_out(*probe).code(), StatusCode::failed_precondition);
+  EXPECT_GE(monotonic_now_ns() - start, 5 * 20 * kMs) << "earlier than it was recorded";
+}
+
+TEST_F(ReplaySource, ThePastCanBeAsked) {
+  record(messages(6), 20 * kMs);
+  const Result<Probe> probe = Probe::connect("replay:" + path());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  (void)play_out(*probe);
+  const HostTime newest = probe->latest().mid_exposure();
+  // Where a busy machine delayed the first ones, the later ones improved the offset and the moment
+  // falls elsewhere than half-way between 5 and 6, but among what was played it falls.
+  const Lighting between = probe->at(newest - Duration{10 * kMs});
+  EXPECT_NE(between.validity(), Validity::before_history);
+  EXPECT_GE(between.radiance({1, 0, 0}, 0).value.r, 1 - 1e-3F);
+  EXPECT_LT(between.radiance({1, 0, 0}, 0).value.r, 6);
+  EXPECT_EQ(probe->at(newest - Duration{3600'000 * kMs}).validity(), Validity::before_history);
+}
+
+TEST_F(ReplaySource, NothingIsFromTheFuture) {
+  record(messages(10), 20 * kMs);
+  ProbeOptions options;
+  int future = 0;
+  options.on_descriptor = [&](const Arrival& arrival) {
+    // Each was encoded 3 ms after its exposure.
+    if (arrival.mid_exposure + Duration{3 * kMs} > arrival.received) ++future;
+  };
+  {
+    const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=4", options);
+    ASSERT_TRUE(probe.ok()) << probe.status().message();
+    (void)play_out(*probe);
+  }
+  EXPECT_EQ(future, 0);
+}
+
+TEST_F(ReplaySource, DamageIsCountedAndPassedOver) {
+  std::vector<std::string> sent = messages(3);
+  sent.insert(sent.begin() + 1, "no descriptor");
+  sent.insert(sent.begin() + 2, std::string(70'000, 'x'));
+  record(sent, 0);
+  {
+    std::ofstream torn(path(), std::ios::app | std::ios::binary);
+    torn << "torn";
+  }
+  const Result<Probe> probe = Probe::connect("replay:" + path());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  (void)play_out(*probe);
+  EXPECT_EQ(probe->stats().received, 3U);
+  EXPECT_EQ(probe->stats().undecodable, 1U);
+  EXPECT_EQ(probe->stats().oversized, 1U);
+  EXPECT_NE(probe->stats().last_error.find("cut off"), std::string::npos);
+}
+
+TEST_F(ReplaySource, WhatCannotBePlayedIsSaid) {
+  const Result<Probe> missing = Probe::connect("replay:" + path());
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.status().code(), StatusCode::not_found) << missing.status().message();
+
+  {
+    std::ofstream text(path());
+    text << "this is no recording, it is a letter to a friend";
+  }
+  const Result<Probe> letter = Probe::connect("replay:" + path());
+  ASSERT_FALSE(letter.ok());
+  EXPECT_EQ(letter.status().code(), StatusCode::data_loss) << letter.status().message();
+}
+
+TEST_F(ReplaySource, ARecordingCannotBeTold) {
+  record(messages(1), 0);
+  Result<Probe> probe = Probe::connect("replay:" + path());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_EQ(probe->set_estimator({}).code(), StatusCode::failed_precondition);
+  EXPECT_EQ(probe->report_lux(100, {0, 1, 0}).status().code(), StatusCode::failed_precondition);
+}
+
+TEST_F(ReplaySource, AnEmptyRecordingEnds) {
+  record({}, 0);
+  const Result<Probe> probe = Probe::connect("replay:" + path());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_EQ(play_out(*probe).code(), StatusCode::failed_precondition);
+  EXPECT_EQ(probe->latest().validity(), Validity::none);
+}
+
+TEST_F(ReplaySource, EndsInTheMiddleOfALongPause) {
+  record(messages(2), 3'600'000 * kMs);
+  const std::int64_t start = monotonic_now_ns();
+  {
+    const Result<Probe> probe = Probe::connect("replay:" + path());
+    ASSERT_TRUE(probe.ok()) << probe.status().message();
+  }
+  EXPECT_LT(monotonic_now_ns() - start, kPatience.ns);
+}
+
+}  // namespace
+}  // namespace lightwell

@@ -1,0 +1,65 @@
+#include "core/uri.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/probe.hpp>
+
+namespace lightwell::core {
+namespace {
+
+std::string address(std::string_view uri) {
+  const Result<ProbeUri> parsed = parse_probe_uri(uri);
+  if (!parsed.ok()) return "refused: " + parsed.status().message();
+  return std::get<GrpcAddress>(*parsed).host_port;
+}
+
+TEST(ProbeUri, NamesHostAndPort) {
+  EXPECT_EQ(address("grpc://10.0.0.7:7000"), "10.0.0.7:7000");
+  EXPECT_EQ(address("grpc://probe.local"), "probe.local:7420");
+  EXPECT_EQ(address("grpc://probe.local/"), "probe.local:7420");
+  EXPECT_EQ(address("grpc://[::1]:7000"), "[::1]:7000");
+  EXPECT_EQ(address("grpc://[fe80::2]"), "[fe80::2]:7420");
+}
+
+TEST(ProbeUri, NamesARecording) {
+  const Result<ProbeUri> plain = parse_probe_uri("replay:/tmp/a b?.lwr");
+  ASSERT_TRUE(plain.ok());
+  EXPECT_EQ(std::get<ReplayPath>(*plain).path, "/tmp/a b?.lwr");
+  EXPECT_EQ(std::get<ReplayPath>(*plain).speed, 1);
+  const Result<ProbeUri> quick = parse_probe_uri("replay:x?speed=2.5");
+  ASSERT_TRUE(quick.ok());
+  EXPECT_EQ(std::get<ReplayPath>(*quick).path, "x");
+  EXPECT_EQ(std::get<ReplayPath>(*quick).speed, 2.5);
+}
+
+TEST(ProbeUri, RefusalsSayWhatWouldBeRight) {
+  for (const char* bad :
+       {"", "probe.local", "http://x", "grpc://", "grpc://:7420", "grpc://x:", "grpc://x:0",
+        "grpc://x:70000", "grpc://x:7420x", "grpc://::1", "grpc://x/y", "grpc://[]:1",
+        "replay:", "replay:x?speed=-1", "replay:x?speed=fast", "replay:x?speed=inf"}) {
+    const Result<ProbeUri> parsed = parse_probe_uri(bad);
+    ASSERT_FALSE(parsed.ok()) << bad;
+    EXPECT_EQ(parsed.status().code(), StatusCode::invalid_argument) << bad;
+  }
+  const std::string unknown = parse_probe_uri("mqtt://x").status().message();
+  EXPECT_NE(unknown.find("grpc://"), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("replay:"), std::string::npos) << unknown;
+}
+
+TEST(ProbeOptions, ImpossibleOnesAreNamed) {
+  EXPECT_TRUE(ProbeOptions{}.validate().ok());
+  ProbeOptions options;
+  options.history = 0;
+  EXPECT_NE(options.validate().message().find("history"), std::string::npos);
+  options = {};
+  options.retry_max = {1};
+  EXPECT_NE(options.validate().message().find("retry_max"), std::string::npos);
+  options = {};
+  options.silence_limit = {};
+  EXPECT_NE(options.validate().message().find("silence_limit"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lightwell::core
