@@ -82,15 +82,23 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
         if (span.first >= span.end) continue;
         reader.read(lens, y, span.first, span.end, row_, out.counts);
         const auto first = static_cast<std::size_t>(span.first), n = static_cast<std::size_t>(span.end - span.first);
-        const float* sr = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
+        const float* __restrict sr = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
+        const float* __restrict r = row_.r.data();
+        const float* __restrict g = row_.g.data();
+        const float* __restrict b = row_.b.data();
+        float* __restrict sum_r = r_.data() + first;
+        float* __restrict sum_g = g_.data() + first;
+        float* __restrict sum_b = b_.data() + first;
+        float* __restrict peak = peak_.data() + first;
         for (std::size_t i = 0; i < n; ++i) {
-          r_[first + i] += row_.r[i] * sr[i];
-          g_[first + i] += row_.g[i] * sr[i];
-          b_[first + i] += row_.b[i] * sr[i];
-          const float luminance = 0.2126F * row_.r[i] + 0.7152F * row_.g[i] + 0.0722F * row_.b[i];
+          sum_r[i] += r[i] * sr[i];
+          sum_g[i] += g[i] * sr[i];
+          sum_b[i] += b[i] * sr[i];
+          const float luminance = 0.2126F * r[i] + 0.7152F * g[i] + 0.0722F * b[i];
           const float seen = sr[i] > 0 ? luminance : 0.0F;
-          peak_[first + i] = peak_[first + i] > seen ? peak_[first + i] : seen;
+          peak[i] = peak[i] > seen ? peak[i] : seen;
         }
+        if (row_.certain) continue;
         // Four sums apart: one alone would wait for each addition before the next.
         float noise4[4] = {}, clipped4[4] = {};
         for (std::size_t i = 0; i < n; ++i) {

@@ -19,6 +19,8 @@ constexpr float kWidest = 0.6F;
 constexpr double kFaintest = 0.002;
 /// Peaks looked at a frame; a sky of a thousand lamps must not cost a thousand regions.
 constexpr int kMostRegions = 96;
+/// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
+constexpr float kGlow = 0.1F;
 constexpr std::size_t kMostSlots = 4096;
 constexpr std::size_t kMostRegionPixels = 400'000;
 /// A block whose peak is so many times its mean does not hold its light evenly.
@@ -44,6 +46,7 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
   region_.reserve(std::min<std::size_t>(pixels, kMostRegionPixels) + 16);
   all_claimed_.reserve(region_.capacity());
   candidates_.reserve(layout.size() + 1);
+  region_irradiance_.resize(kMostRegions + 1);
   slot_of_block_.assign(layout.size(), -1);
   loaded_.reserve(slots_);
   pool_.resize(slots_ * static_cast<std::size_t>(layout.edge()) * static_cast<std::size_t>(layout.edge()));
@@ -116,58 +119,67 @@ void LightFinder::for_neighbours(PixelPlace p, Visit&& visit) const {
         lens_first_[static_cast<std::size_t>(other)] + static_cast<PixelId>(twin));
 }
 
-void LightFinder::claim(PixelPlace place, PixelId id) {
-  claimed_[id] = 1;
-  region_.push_back({place, id});
+void LightFinder::claim(PixelPlace place, PixelId id, const PixelLight& light) {
+  claimed_[id] = number_;
+  region_.push_back({place, id, light});
   all_claimed_.push_back(id);
 }
 
 void LightFinder::grow(RowReader& reader, float floor, Vec3f axis, float cos_reach) {
   for (std::size_t next = 0; next < region_.size(); ++next) {
     for_neighbours(region_[next].place, [&](PixelPlace p, PixelId id) {
-      if (claimed_[id] != 0 || all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
-      const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-      const auto i = id - lens_first_[static_cast<std::size_t>(p.lens)];
-      if (!(lens.solid_angle[i] > 0) || dot(lens.direction[i], axis) < cos_reach) return;
-      if (light_of(reader, p).luminance >= floor) claim(p, id);
+      if (const std::uint8_t other = claimed_[id]; other != 0) {
+        if (other != number_ && (parent_ == 0 || region_irradiance_[other] > region_irradiance_[parent_])) parent_ = other;
+        return;
+      }
+      if (all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
+      const PixelLight light = light_of(reader, p);
+      if (light.luminance < floor) return;
+      const RegionPixel pixel{p, id, light};
+      if (solid_angle(pixel) > 0 && dot(direction(pixel), axis) >= cos_reach) claim(p, id, light);
     });
   }
 }
 
-Light LightFinder::measure(RowReader& reader, std::size_t core) {
+Vec3f LightFinder::direction(const RegionPixel& pixel) const {
+  const auto lens = static_cast<std::size_t>(pixel.place.lens);
+  return table_.lenses[lens].direction[pixel.id - lens_first_[lens]];
+}
+
+float LightFinder::solid_angle(const RegionPixel& pixel) const {
+  const auto lens = static_cast<std::size_t>(pixel.place.lens);
+  return table_.lenses[lens].solid_angle[pixel.id - lens_first_[lens]];
+}
+
+Vec3d LightFinder::core_direction(std::size_t core) const {
   Vec3d toward;
-  double core_sr = 0;
-  const auto visit = [&](std::size_t from, std::size_t to, auto&& f) {
-    for (std::size_t k = from; k < to; ++k) {
-      const PixelPlace p = region_[k].place;
-      const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-      const auto i = region_[k].id - lens_first_[static_cast<std::size_t>(p.lens)];
-      f(light_of(reader, p), vec_cast<double>(lens.direction[i]), static_cast<double>(lens.solid_angle[i]));
-    }
-  };
-  visit(0, core, [&](const PixelLight& l, Vec3d d, double sr) {
-    toward += d * (l.luminance * sr);
-    core_sr += sr;
-  });
-  Light out;
-  const Vec3d axis = normalized(toward);
-  out.direction = vec_cast<float>(axis);
-  double irradiance[3] = {}, weight = 0, spread = 0;
-  visit(0, region_.size(), [&](const PixelLight& l, Vec3d d, double sr) {
-    const double c = dot(d, axis);
+  for (std::size_t k = 0; k < core; ++k)
+    toward += vec_cast<double>(direction(region_[k])) * (static_cast<double>(region_[k].light.luminance) * solid_angle(region_[k]));
+  return normalized(toward);
+}
+
+Light LightFinder::measure(std::size_t core, Vec3d axis, int pixels_per_color) const {
+  double irradiance[3] = {}, weight = 0, spread = 0, core_sr = 0;
+  for (std::size_t k = 0; k < region_.size(); ++k) {
+    const PixelLight& l = region_[k].light;
+    const double sr = solid_angle(region_[k]), c = dot(vec_cast<double>(direction(region_[k])), axis);
     irradiance[0] += l.r * sr * c;
     irradiance[1] += l.g * sr * c;
     irradiance[2] += l.b * sr * c;
     weight += l.luminance * sr;
     spread += l.luminance * sr * (1 - c);
-  });
+    if (k < core) core_sr += sr;
+  }
+  Light out;
+  out.direction = vec_cast<float>(axis);
   out.irradiance = {static_cast<float>(irradiance[0]), static_cast<float>(irradiance[1]),
                     static_cast<float>(irradiance[2])};
   out.angular_radius_rad = weight > 0 ? static_cast<float>(cap_radius(spread / weight)) : 0;
   // The centroid of n square pixels of known edges: each tells a position to edge/sqrt(12), and a tenth of a pixel is
   // lost to what pixels do not tell of the light within them.
-  const double pixel_sr = core_sr / static_cast<double>(std::max<std::size_t>(core, 1));
-  const auto variance = static_cast<float>(pixel_sr * (1.0 / 12 / static_cast<double>(std::max<std::size_t>(core, 1)) + 0.01));
+  const double sample_sr = core_sr / static_cast<double>(core) * pixels_per_color;
+  const double samples = std::max(1.0, static_cast<double>(core) / pixels_per_color);
+  const auto variance = static_cast<float>(sample_sr * (1.0 / 12 / samples + 0.01));
   out.direction_covariance = {variance, 0, variance};
   return out;
 }
@@ -222,14 +234,14 @@ void LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid&
     load(reader, c.block);
     // What is left of this block may be darker than when the block was queued: then it waits its turn again.
     const BlockLayout::Place p = layout_.place(c.block);
-    PixelPlace peak_at{};
+    RegionPixel peak_at{};
     float peak = 0;
     for (int y = p.y; y < p.y + p.height; ++y) {
       for (int x = p.x; x < p.x + p.width; ++x) {
         if (claimed_[id_of(p.lens, x, y)] != 0) continue;
-        if (const float l = light_of(reader, {p.lens, x, y}).luminance; l > peak) {
-          peak = l;
-          peak_at = {p.lens, x, y};
+        if (const PixelLight l = light_of(reader, {p.lens, x, y}); l.luminance > peak) {
+          peak = l.luminance;
+          peak_at = {{p.lens, x, y}, id_of(p.lens, x, y), l};
         }
       }
     }
@@ -240,20 +252,24 @@ void LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid&
       continue;
     }
 
-    ++regions;
+    number_ = static_cast<std::uint8_t>(++regions);
+    parent_ = 0;
+    region_irradiance_[number_] = 0;
     region_.clear();
-    claim(peak_at, id_of(peak_at.lens, peak_at.x, peak_at.y));
+    claim(peak_at.place, peak_at.id, peak_at.light);
     grow(reader, 0.5F * peak, {}, -2);
     const std::size_t core = region_.size();
-    const Light seen = measure(reader, core);
-    if (seen.direction == Vec3f{}) continue;
-    grow(reader, std::max(kSkirt * peak, kSkirtOverMean * mean_luminance), seen.direction, kCosReach);
-    const Light light = measure(reader, core);
+    const Vec3d axis = core_direction(core);
+    if (axis == Vec3d{}) continue;
+    grow(reader, std::max(kSkirt * peak, kSkirtOverMean * mean_luminance), vec_cast<float>(axis), kCosReach);
+    const Light light = measure(core, axis, reader.pixels_per_color());
+    region_irradiance_[number_] = light.irradiance.luminance();
     if (first_region) {
       // The brightest region is a light however little it gives: people look for it.
       brightest = light;
       first_region = false;
-    } else if (light.irradiance.luminance() < faintest) {
+    } else if (light.irradiance.luminance() < faintest ||
+               (parent_ != 0 && light.irradiance.luminance() < kGlow * region_irradiance_[parent_])) {
       continue;
     }
     if (light.angular_radius_rad > kWidest) continue;

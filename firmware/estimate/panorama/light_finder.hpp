@@ -39,12 +39,13 @@ class LightFinder {
   struct PixelPlace {
     int lens, x, y;
   };
+  struct PixelLight {
+    float r, g, b, luminance;
+  };
   struct RegionPixel {
     PixelPlace place;
     PixelId id;
-  };
-  struct PixelLight {
-    float r, g, b, luminance;
+    PixelLight light;
   };
 
   void load(RowReader& reader, std::uint32_t block);
@@ -53,17 +54,24 @@ class LightFinder {
   [[nodiscard]] PixelLight light_of(RowReader& reader, PixelPlace p);
   template <class Visit>
   void for_neighbours(PixelPlace p, Visit&& visit) const;
-  void claim(PixelPlace place, PixelId id);
+  void claim(PixelPlace place, PixelId id, const PixelLight& light);
   /// Adds to the region all that is connected to it, at least `floor` bright and within `cos_reach` of `axis`.
   void grow(RowReader& reader, float floor, Vec3f axis, float cos_reach);
-  /// The light of the region, whose first `core` pixels give the direction.
-  [[nodiscard]] Light measure(RowReader& reader, std::size_t core);
+  [[nodiscard]] Vec3f direction(const RegionPixel& pixel) const;
+  [[nodiscard]] float solid_angle(const RegionPixel& pixel) const;
+  /// Centroid of the first `core` pixels of the region; zero where they are dark.
+  [[nodiscard]] Vec3d core_direction(std::size_t core) const;
+  /// The light of the whole region, in the direction of its first `core` pixels.
+  [[nodiscard]] Light measure(std::size_t core, Vec3d axis, int pixels_per_color) const;
   void centroids(const BlockSums& sums, const CellGrid& grid, std::vector<CellGrid::Moved>& moved) const;
 
   const RigTable& table_;
   const BlockLayout& layout_;
   std::vector<PixelId> lens_first_;
-  std::vector<std::uint8_t> claimed_;
+  std::vector<std::uint8_t> claimed_;  ///< 0, or the number of the region that a pixel belongs to.
+  std::uint8_t number_ = 0;            ///< Of the region that grows, from 1.
+  std::uint8_t parent_ = 0;            ///< The strongest earlier region that it touches, or 0.
+  std::vector<float> region_irradiance_;
   std::vector<RegionPixel> region_;
   std::vector<PixelId> all_claimed_;
   std::vector<Candidate> candidates_;

@@ -120,7 +120,8 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
 
   const FrameInfo& first = bracket.front().info;
   const FrameInfo& last = bracket.back().info;
-  out.sequence = last.sequence;
+  // Of the capture, not of the frame: a bracket is one, and no gap follows it.
+  out.sequence = first.sequence / bracket.size();
   out.time.mid_exposure = first.mid_exposure + Duration{(last.mid_exposure - first.mid_exposure).ns / 2};
   out.time.delivered_after = last.delivered - out.time.mid_exposure;
   out.time.encoded_after = out.time.delivered_after;

@@ -16,6 +16,13 @@ std::uint16_t word(const std::byte* at) {
   return static_cast<std::uint16_t>(std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8);
 }
 
+/// Pictures need not be aligned.
+float float_at(const std::byte* at) {
+  float v;
+  std::memcpy(&v, at, sizeof v);
+  return v;
+}
+
 Status misfit(const std::string& what) { return {StatusCode::invalid_argument, "frame: " + what}; }
 
 }  // namespace
@@ -25,12 +32,19 @@ LinearRow::LinearRow(int width) {
   r.resize(n), g.resize(n), b.resize(n), variance.resize(n), clipped.resize(n);
 }
 
+RowReader::CodeTable::CodeTable(const PhotometricCalibration& photometry, int levels, float values_per_step)
+    : linear(linear_table(photometry, levels)), step(linear.size()) {
+  for (std::size_t i = 0; i < step.size(); ++i)
+    step[i] = values_per_step * (i > 0 ? linear[i] - linear[i - 1] : linear[1] - linear[0]);
+  saturated_from = static_cast<unsigned>(std::ceil(photometry.saturation * (levels - 1)));
+}
+
 RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig), table_(table) {
   std::size_t widest = 0;
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& p = lens.photometry;
-    tables_.push_back({linear_table(p, 256), linear_table(p, 1024), linear_table(p, 4096),
-                       linear_table(p, kFineLevels)});
+    // Luma has 219 steps where the fine table has 1023.
+    tables_.push_back({{p, 256, 1}, {p, 1024, 1}, {p, 4096, 1}, {p, kFineLevels, 1023.0F / 219}});
     widest = std::max(widest, static_cast<std::size_t>(lens.width));
   }
   for (auto& x : x_) x.resize(widest);
@@ -77,25 +91,27 @@ Status RowReader::bind(std::span<const Frame> bracket) {
   return {};
 }
 
-void RowReader::load(const View& view, const Tables& tables, const PhotometricCalibration& photometry, int y, int first,
-                     int end) {
+void RowReader::load(const View& view, const Tables& tables, int y, int first, int end) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto row = [&view](int j) { return view.data.data() + static_cast<std::size_t>(j) * view.stride; };
-  const auto saturation = static_cast<float>(photometry.saturation);
-  const auto put_code = [&](std::size_t i, const std::vector<float>& table, unsigned r, unsigned g, unsigned b) {
-    x_[0][i] = table[r];
-    x_[1][i] = table[g];
-    x_[2][i] = table[b];
+  float* __restrict x0 = x_[0].data();
+  float* __restrict x1 = x_[1].data();
+  float* __restrict x2 = x_[2].data();
+  float* __restrict steps = step_.data();
+  std::uint8_t* __restrict saturated = saturated_.data();
+  const auto put_code = [&](std::size_t i, const CodeTable& table, unsigned r, unsigned g, unsigned b) {
+    x0[i] = table.linear[r];
+    x1[i] = table.linear[g];
+    x2[i] = table.linear[b];
     const unsigned top = std::max({r, g, b});
-    saturated_[i] = static_cast<float>(top) >= saturation * static_cast<float>(table.size() - 1) ? 1 : 0;
-    step_[i] = top > 0 ? table[top] - table[top - 1] : table[1] - table[0];
+    saturated[i] = top >= table.saturated_from ? 1 : 0;
+    steps[i] = table.step[top];
   };
   const auto put_ycbcr = [&](std::size_t i, std::byte luma, std::byte cb, std::byte cr) {
     const std::array<float, 3> v = rgb_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb),
                                                    std::to_integer<int>(cr));
     const auto code = [](float u) { return static_cast<unsigned>(u * (kFineLevels - 1) + 0.5F); };
     put_code(i, tables.fine, code(v[0]), code(v[1]), code(v[2]));
-    step_[i] *= 4;  // Luma has about 219 steps where the table has 1023.
   };
   switch (view.format) {
     case PixelFormat::rgb8: {
@@ -125,8 +141,8 @@ void RowReader::load(const View& view, const Tables& tables, const PhotometricCa
     case PixelFormat::bayer_rggb10:
     case PixelFormat::bayer_rggb12: {
       // Each photosite stands for its 2x2 quad: energy and centroid of the quad are exact.
-      const std::vector<float>& table = view.format == PixelFormat::bayer_rggb10 ? tables.code10 : tables.code12;
-      const auto top = static_cast<unsigned>(table.size() - 1);
+      const CodeTable& table = view.format == PixelFormat::bayer_rggb10 ? tables.code10 : tables.code12;
+      const auto top = static_cast<unsigned>(table.linear.size() - 1);
       const std::byte* upper = row(y & ~1);
       const std::byte* lower = row(y | 1);
       for (std::size_t i = 0; i < n; ++i) {
@@ -136,24 +152,34 @@ void RowReader::load(const View& view, const Tables& tables, const PhotometricCa
         const unsigned green2 = std::min<unsigned>(word(lower + 2 * x), top);
         const unsigned blue = std::min<unsigned>(word(lower + 2 * x + 2), top);
         put_code(i, table, red, std::max(green1, green2), blue);
-        x_[1][i] = 0.5F * (table[green1] + table[green2]);
+        x1[i] = 0.5F * (table.linear[green1] + table.linear[green2]);
       }
       return;
     }
     case PixelFormat::rgb_f32: {
       const std::byte* at = row(y) + 12 * static_cast<std::size_t>(first);
       for (std::size_t i = 0; i < n; ++i, at += 12) {
-        float v[3];
-        std::memcpy(v, at, sizeof v);
-        x_[0][i] = v[0];
-        x_[1][i] = v[1];
-        x_[2][i] = v[2];
+        x0[i] = float_at(at);
+        x1[i] = float_at(at + 4);
+        x2[i] = float_at(at + 8);
       }
       std::fill_n(saturated_.begin(), n, std::uint8_t{0});
       std::fill_n(step_.begin(), n, 0.0F);
       return;
     }
   }
+}
+
+int RowReader::pixels_per_color() const {
+  switch (exposures_[0].view[0].format) {
+    case PixelFormat::rgb8:
+    case PixelFormat::rgb_f32: return 1;
+    case PixelFormat::yuyv: return 2;
+    case PixelFormat::nv12:
+    case PixelFormat::bayer_rggb10:
+    case PixelFormat::bayer_rggb12: return 4;
+  }
+  return 4;
 }
 
 void RowReader::read(int lens, int y, int first, int end, LinearRow& out, ReadingCounts& counts) {
@@ -173,30 +199,38 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
   for (std::size_t c = 0; c < 3; ++c)
     white[c] = radiance_already ? 1.0F : static_cast<float>(photometry.white_balance[c]);
   float* radiance[3] = {out.r.data(), out.g.data(), out.b.data()};
+  out.certain = false;
 
   if (exposure_count_ == 1 && radiance_already) {
     // Nothing to look up and nothing to doubt: straight from the picture.
     const View& view = exposures_[0].view[at];
     const float k = exposures_[0].radiance_per_linear;
     const std::byte* in = view.data.data() + static_cast<std::size_t>(y) * view.stride + 12 * static_cast<std::size_t>(first);
+    float* __restrict r = out.r.data();
+    float* __restrict g = out.g.data();
+    float* __restrict b = out.b.data();
     for (std::size_t i = 0; i < n; ++i, in += 12) {
-      float v[3];
-      std::memcpy(v, in, sizeof v);
-      out.r[i] = v[0] * k;
-      out.g[i] = v[1] * k;
-      out.b[i] = v[2] * k;
+      r[i] = float_at(in) * k;
+      g[i] = float_at(in + 4) * k;
+      b[i] = float_at(in + 8) * k;
     }
-    std::fill_n(out.variance.begin(), n, 0.0F);
-    std::fill_n(out.clipped.begin(), n, std::uint8_t{0});
+    out.certain = true;
   } else if (exposure_count_ == 1) {
     const Exposure& e = exposures_[0];
-    load(e.view[at], tables_[at], photometry, y, first, end);
+    load(e.view[at], tables_[at], y, first, end);
     const float k = e.radiance_per_linear;
-    for (int c = 0; c < 3; ++c)
-      for (std::size_t i = 0; i < n; ++i) radiance[c][i] = x_[c][i] * (k * white[c] * brighten[i]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* __restrict x = x_[c].data();
+      float* __restrict l = radiance[c];
+      const float scale = k * white[c];
+      for (std::size_t i = 0; i < n; ++i) l[i] = x[i] * scale * brighten[i];
+    }
+    const float* __restrict green = x_[1].data();
+    const float* __restrict step = step_.data();
+    float* __restrict variance = out.variance.data();
     for (std::size_t i = 0; i < n; ++i) {
-      const float v = read2 + shot * std::max(0.0F, x_[1][i]) + step_[i] * step_[i] * (1.0F / 12);
-      out.variance[i] = v * (k * brighten[i]) * (k * brighten[i]);
+      const float v = read2 + shot * (green[i] > 0 ? green[i] : 0) + step[i] * step[i] * (1.0F / 12);
+      variance[i] = v * (k * brighten[i]) * (k * brighten[i]);
     }
     std::copy_n(saturated_.begin(), n, out.clipped.begin());
   } else {
@@ -205,7 +239,7 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
     std::fill_n(out.clipped.begin(), n, std::uint8_t{1});
     for (std::size_t k = 0; k < exposure_count_; ++k) {
       const Exposure& e = exposures_[k];
-      load(e.view[at], tables_[at], photometry, y, first, end);
+      load(e.view[at], tables_[at], y, first, end);
       const float scale = e.radiance_per_linear;
       for (std::size_t i = 0; i < n; ++i) {
         if (saturated_[i] != 0) {
@@ -235,14 +269,16 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
   // Only floats can hold what no light is. Values below black are noise of an integer sensor and stay: cutting them
   // off would brighten the dark.
   if (!radiance_already) return;
-  float largest = 0;
   int bad = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool fine = out.r[i] >= 0 && out.r[i] <= 3e38F && out.g[i] >= 0 && out.g[i] <= 3e38F && out.b[i] >= 0 &&
-                      out.b[i] <= 3e38F;
-    bad += fine ? 0 : 1;
-  }
+  for (const float* channel : radiance)
+    for (std::size_t i = 0; i < n; ++i) bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > 3e38F);
   if (bad == 0) return;
+  if (out.certain) {
+    std::fill_n(out.variance.begin(), n, 0.0F);
+    std::fill_n(out.clipped.begin(), n, std::uint8_t{0});
+    out.certain = false;
+  }
+  float largest = 0;
   for (int c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < n; ++i)
       if (radiance[c][i] <= 3e38F) largest = std::max(largest, radiance[c][i]);

@@ -18,6 +18,7 @@ struct LinearRow {
   std::vector<float> r, g, b;    ///< Radiance in units of (linear value / (exposure_s * gain * vignetting)).
   std::vector<float> variance;   ///< Of the radiance, luminance-like: one number for the three channels.
   std::vector<std::uint8_t> clipped;  ///< 1 where every exposure was saturated: the radiance is at least this.
+  bool certain = false;  ///< No variance and nothing clipped: the two above are all zero and need no look.
 
   explicit LinearRow(int width);
 };
@@ -35,21 +36,32 @@ class RowReader {
   /// invalid_argument where the frames do not fit the rig or each other. The frames must stay until the next bind().
   [[nodiscard]] Status bind(std::span<const Frame> bracket);
 
+  /// How many pixels share one sample of colour in the bracket that is bound: where a small light falls within them, its
+  /// colour and energy do not tell.
+  [[nodiscard]] int pixels_per_color() const;
+
   /// Pixels [first, end) of row y of a lens into entries 0 to end - first of `out`. Several exposures are merged by the
   /// inverse of each one's variance of radiance (read and shot noise, rounding); saturated values have no weight.
   void read(int lens, int y, int first, int end, LinearRow& out, ReadingCounts& counts);
 
  private:
+  /// By picture value of one depth.
+  struct CodeTable {
+    std::vector<float> linear;
+    std::vector<float> step;  ///< To the next value below, by which rounding is judged.
+    unsigned saturated_from = 0;
+
+    CodeTable(const PhotometricCalibration& photometry, int levels, float values_per_step);
+  };
   struct Tables {
-    std::vector<float> code8, code10, code12, fine;  ///< Linear value by picture value; `fine` by 1023 steps of [0, 1].
+    CodeTable code8, code10, code12, fine;  ///< `fine`: 1023 steps of [0, 1], for values computed from luma and chroma.
   };
   struct Exposure {
     std::array<View, kMaxLenses> view;
     float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
   };
 
-  void load(const View& view, const Tables& tables, const PhotometricCalibration& photometry, int y, int first,
-            int end);
+  void load(const View& view, const Tables& tables, int y, int first, int end);
 
   const RigParameters& rig_;
   const RigTable& table_;

@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "estimate/common/light_tracker.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+Light towards(double azimuth_deg, double height = 0) {
+  const double a = azimuth_deg * 3.14159265358979 / 180;
+  Light l;
+  l.direction = normalized(Vec3f{static_cast<float>(std::sin(a)), static_cast<float>(height), static_cast<float>(-std::cos(a))});
+  return l;
+}
+
+TEST(LightTracker, KeepsTheNumbersOfLampsThatMoveAndChangeOrder) {
+  LightTracker tracker;
+  std::vector<Light> lights = {towards(0), towards(90), towards(180)};
+  tracker.assign(lights);
+  const auto a = lights[0].track, b = lights[1].track, c = lights[2].track;
+  EXPECT_TRUE(a != 0 && b != 0 && c != 0 && a != b && b != c && a != c);
+  for (int frame = 1; frame <= 60; ++frame) {
+    lights = {towards(180 + frame), towards(0 + frame), towards(90 + frame)};
+    tracker.assign(lights);
+    ASSERT_EQ(lights[0].track, c);
+    ASSERT_EQ(lights[1].track, a);
+    ASSERT_EQ(lights[2].track, b);
+  }
+}
+
+TEST(LightTracker, RemembersALampThatIsOffForASecond) {
+  LightTracker tracker;
+  std::vector<Light> lights = {towards(30)}, none;
+  tracker.assign(lights);
+  const auto track = lights[0].track;
+  for (int i = 0; i < 30; ++i) tracker.assign(none);
+  lights = {towards(30)};
+  tracker.assign(lights);
+  EXPECT_EQ(lights[0].track, track);
+  for (int i = 0; i < 31; ++i) tracker.assign(none);
+  lights = {towards(30)};
+  tracker.assign(lights);
+  EXPECT_NE(lights[0].track, track);
+}
+
+TEST(LightTracker, GivesANewLampANewNumber) {
+  LightTracker tracker;
+  std::vector<Light> lights = {towards(0)};
+  tracker.assign(lights);
+  const auto first = lights[0].track;
+  lights = {towards(0), towards(20)};
+  tracker.assign(lights);
+  EXPECT_EQ(lights[0].track, first);
+  EXPECT_NE(lights[1].track, first);
+}
+
+TEST(LightTracker, LetsTheNearerOfTwoKeepTheNumber) {
+  LightTracker tracker;
+  std::vector<Light> lights = {towards(0)};
+  tracker.assign(lights);
+  const auto first = lights[0].track;
+  lights = {towards(5), towards(1)};
+  tracker.assign(lights);
+  EXPECT_EQ(lights[1].track, first);
+}
+
+TEST(LightTracker, StandsManyLampsThatComeAndGoForEver) {
+  LightTracker tracker;
+  std::vector<Light> lights;
+  for (int frame = 0; frame < 500; ++frame) {
+    lights.clear();
+    for (int i = 0; i < 64; ++i) lights.push_back(towards(i * 5.6 + frame * 37.0, i % 7 - 3));
+    tracker.assign(lights);
+    for (const Light& l : lights) ASSERT_NE(l.track, 0U);
+  }
+}
+
+}  // namespace
+}  // namespace lightwell::estimate
