@@ -38,6 +38,14 @@ void print_text(const hil::Summary& s) {
                 s.flagged > 0 ? " (clipped light: give the sensor a bracket, --bracket)" : "");
 }
 
+/// The scene in the middle of a capture of so many exposures, a frame each.
+sim::SceneState state_of(const SimBackend& sim, std::uint64_t exposures, std::uint64_t capture) {
+  const double middle = static_cast<double>(exposures - 1) / 2;
+  const auto whole = static_cast<std::uint64_t>(middle);
+  const double rest_s = (middle - static_cast<double>(whole)) / sim.scene().motion().frame_rate;
+  return sim.scene().state_at(sim.scene_index(capture * exposures + whole), rest_s);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -80,14 +88,14 @@ int main(int argc, char** argv) {
   while (reader->next(record)) {
     Result<Descriptor> d = decode_descriptor(record.payload);
     if (!d) return fail(d.status());
-    verdicts.push_back(judge.judge(*d, sim.scene().state_at(sim.scene_index(d->sequence))));
+    verdicts.push_back(judge.judge(*d, state_of(sim, info->exposure_s.size(), d->sequence)));
     last = std::move(*d);
     last_bytes = record.payload.size();
   }
   const hil::Summary summary = hil::summarize(verdicts);
   json ? print_json(summary) : print_text(summary);
   if (!picture.empty() && !verdicts.empty()) {
-    const sim::SceneState state = sim.scene().state_at(sim.scene_index(last.sequence));
+    const sim::SceneState state = state_of(sim, info->exposure_s.size(), last.sequence);
     const Status s = hil::draw_report(picture, title.empty() ? uri->path : title, sim.scene(), state, *info->calibration,
                                       Lighting::of(last), last_bytes, verdicts.back());
     if (!s.ok()) return fail(s);

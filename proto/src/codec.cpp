@@ -183,7 +183,11 @@ Encoder& Encoder::operator=(Encoder&&) noexcept = default;
 Result<std::span<const std::byte>> Encoder::encode(const Descriptor& d) {
   if (const Status s = problem(d); !s.ok()) return s;
   v1::LightingDescriptor& m = state_->message;
-  m.Clear();  // Keeps the memory of what it clears.
+  // Part by part: Clear() of the whole would give back the memory of `radiance`, `time` and `bound`.
+  m.mutable_radiance()->Clear();
+  m.clear_lights();
+  m.clear_flags();
+  if (m.has_environment()) m.clear_environment();
   m.set_wire_version(kWireVersion);
   m.set_sequence(d.sequence);
   v1::CaptureTime& time = *m.mutable_time();
