@@ -17,6 +17,7 @@ namespace lightwell::hil {
 namespace {
 
 constexpr int kMargin = 16, kBallEdge = 170, kStillWidth = 300, kText = 22;
+constexpr float kGlossy = 0.5F;
 const cv::Scalar kPaper(245, 245, 245), kInk(40, 40, 40), kMark(60, 60, 255);
 
 cv::Vec3b tone(const Radiance& l, double exposure) {
@@ -77,18 +78,18 @@ struct Row {
 Row lit_by(const Lighting& lighting) {
   const Albedo white{0.8F, 0.8F, 0.8F};
   return {ball(kBallEdge, [&](Vec3f n, Vec3f) { return reflected_radiance(lighting.irradiance(n).value, white); }),
-          ball(kBallEdge, [&](Vec3f, Vec3f d) { return lighting.radiance(d, 0.3F).value; }),
+          ball(kBallEdge, [&](Vec3f, Vec3f d) { return lighting.radiance(d, kGlossy).value; }),
           ball(kBallEdge, [&](Vec3f, Vec3f d) { return mirror(lighting, d); }),
-          still_life(kStillWidth, kBallEdge, thinned(samples_of(lighting), 600))};
+          still_life(kStillWidth, kBallEdge, samples_of(lighting))};
 }
 
 Row lit_by(const sim::Scene& scene, const sim::SceneState& state) {
   const Albedo white{0.8F, 0.8F, 0.8F};
   const std::vector<LightSample> all = samples_of(scene.panorama(state), state.rotation_world_probe);
   return {ball(kBallEdge, [&](Vec3f n, Vec3f) { return reflected_radiance(diffuse(all, n), white); }),
-          ball(kBallEdge, [&](Vec3f, Vec3f d) { return glossy(all, d, 0.3); }),
+          ball(kBallEdge, [&](Vec3f, Vec3f d) { return glossy(all, d, kGlossy); }),
           ball(kBallEdge, [&](Vec3f, Vec3f d) { return scene.radiance(vec_cast<double>(d), state); }),
-          still_life(kStillWidth, kBallEdge, thinned(all, 600))};
+          still_life(kStillWidth, kBallEdge, thinned(all, 1200))};
 }
 
 /// What brings the mean of a picture to a quarter of white: bright enough to see, dark enough to keep highlights.
@@ -147,7 +148,7 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
     }
     y += kBallEdge + kMargin;
   };
-  draw_row("lit by the descriptor: matte, glossy (roughness 0.3), mirror; an object with its shadow", answer);
+  draw_row("lit by the descriptor: matte, glossy (roughness 0.5), mirror; an object with its shadow", answer);
   draw_row("lit by the true panorama", truth);
   try {
     if (cv::imwrite(path, page)) return {};

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <lightwell/equirect.hpp>
-#include <numbers>
 
 namespace lightwell::hil {
 namespace {
@@ -33,12 +32,13 @@ void add_cap(const Light& light, std::vector<LightSample>& out) {
 std::vector<LightSample> samples_of(const Lighting& lighting) {
   std::vector<LightSample> out;
   for (const Light& light : lighting.lights()) add_cap(light, out);
-  constexpr int kCount = 4096;
-  for (int i = 0; i < kCount; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kCount, s = std::sqrt(1 - z * z), a = kGolden * i;
-    const Vec3f d{static_cast<float>(s * std::cos(a)), static_cast<float>(s * std::sin(a)), static_cast<float>(z)};
-    const auto sr = static_cast<float>(4 * std::numbers::pi / kCount);
-    out.push_back({d, evaluate(lighting.descriptor().radiance, d) * sr});
+  constexpr int kWidth = 48, kHeight = 24;
+  for (int j = 0; j < kHeight; ++j) {
+    const auto sr = static_cast<float>(equirect_solid_angle(j, kWidth, kHeight));
+    for (int i = 0; i < kWidth; ++i) {
+      const Vec3f d = vec_cast<float>(equirect_direction((i + 0.5) / kWidth, (j + 0.5) / kHeight));
+      out.push_back({d, evaluate(lighting.descriptor().radiance, d) * sr});
+    }
   }
   return out;
 }
