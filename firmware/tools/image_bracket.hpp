@@ -23,7 +23,8 @@ struct ImageArgument {
 struct ImageBracket {
   std::vector<std::unique_ptr<Image>> images;
   std::vector<Frame> frames;
-  RigParameters rig;  ///< Of the lenses that have images, renumbered from 0 in their order.
+  std::size_t unusual = 0;  ///< Numbers of float images that are negative, NaN or infinite: the estimator replaces them.
+  RigParameters rig;        ///< Of the lenses that have images, renumbered from 0 in their order.
 };
 
 /// Reads the images and pairs the lenses' exposures, shortest first. Without exposure_s an image counts as taken with

@@ -142,6 +142,9 @@ Result<Descriptor> estimate(const Arguments& arguments) {
   }
   const Result<ImageBracket> bracket = read_bracket(rig, images);
   if (!bracket) return bracket.status();
+  if (bracket->unusual > 0)
+    std::cerr << "lightwell-estimate: " << bracket->unusual
+              << " numbers are negative, NaN or infinite and were replaced (flag CLEANED)\n";
   PanoramaOptions options;
   options.config = arguments.config;
   options.probe_id = identity_of("lightwell-estimate");

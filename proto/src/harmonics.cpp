@@ -5,6 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include "gauss_legendre.hpp"
+
 namespace lightwell {
 namespace {
 
@@ -76,19 +78,7 @@ struct SphereRule {
   SphereRule() {
     constexpr int rings = kMaxBand + 1, steps = 2 * kMaxBand + 1;
     for (int i = 0; i < rings; ++i) {
-      // Newton on P_rings from Chebyshev's guess.
-      double z = std::cos(std::numbers::pi * (i + 0.75) / (rings + 0.5)), slope = 1;
-      for (int step = 0; step < 50; ++step) {
-        double p0 = 1, p1 = z;
-        for (int l = 2; l <= rings; ++l) {
-          const double p2 = ((2 * l - 1) * z * p1 - (l - 1) * p0) / l;
-          p0 = p1;
-          p1 = p2;
-        }
-        slope = rings * (z * p1 - p0) / (z * z - 1);
-        z -= p1 / slope;
-      }
-      const double ring_weight = 2 / ((1 - z * z) * slope * slope);
+      const auto [z, ring_weight] = gauss_legendre_node(rings, i);
       const double s = std::sqrt(1 - z * z);
       for (int k = 0; k < steps; ++k) {
         const double phi = 2 * std::numbers::pi * k / steps;

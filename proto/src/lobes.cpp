@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "gauss_legendre.hpp"
+
 namespace lightwell {
 
 double cosine_lobe(int l) {
@@ -20,21 +22,10 @@ double cosine_lobe(int l) {
 const GaussLegendre32& GaussLegendre32::get() {
   static const GaussLegendre32 rule = [] {
     GaussLegendre32 r{};
-    constexpr int n = 32;
-    for (int i = 0; i < n; ++i) {
-      double x = std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), slope = 1;
-      for (int step = 0; step < 50; ++step) {
-        double p0 = 1, p1 = x;
-        for (int l = 2; l <= n; ++l) {
-          const double p2 = ((2 * l - 1) * x * p1 - (l - 1) * p0) / l;
-          p0 = p1;
-          p1 = p2;
-        }
-        slope = n * (x * p1 - p0) / (x * x - 1);
-        x -= p1 / slope;
-      }
-      r.node[static_cast<std::size_t>(i)] = 0.5 * (1 - x);
-      r.weight[static_cast<std::size_t>(i)] = 1 / ((1 - x * x) * slope * slope);
+    for (std::size_t i = 0; i < 32; ++i) {
+      const GaussLegendreNode node = gauss_legendre_node(32, static_cast<int>(i));
+      r.node[i] = 0.5 * (1 - node.x);
+      r.weight[i] = 0.5 * node.weight;
     }
     return r;
   }();

@@ -1,11 +1,18 @@
 #include <lightwell/query.hpp>
 
 namespace lightwell {
+namespace {
+
+/// In double: near the middle of a narrow lobe, or of the sun's disc, a float's cosine has no digits left to tell angles
+/// apart.
+double cos_between(Vec3f a, Vec3f b) { return dot(normalized(vec_cast<double>(a)), normalized(vec_cast<double>(b))); }
+
+}  // namespace
 
 Irradiance lights_irradiance(std::span<const Light> lights, Vec3f normal) {
   Irradiance sum;
   for (const Light& light : lights) {
-    const double c = dot(vec_cast<double>(light.direction), vec_cast<double>(normal));
+    const double c = cos_between(light.direction, normal);
     sum += light.irradiance * static_cast<float>(cap_irradiance(c, light.angular_radius_rad));
   }
   return sum;
@@ -14,7 +21,7 @@ Irradiance lights_irradiance(std::span<const Light> lights, Vec3f normal) {
 Radiance lights_radiance(std::span<const Light> lights, Vec3f direction, const GgxLobe& lobe) {
   Radiance sum;
   for (const Light& light : lights) {
-    const double c = dot(vec_cast<double>(light.direction), vec_cast<double>(direction));
+    const double c = cos_between(light.direction, direction);
     const auto k = static_cast<float>(cap_radiance(c, light.angular_radius_rad, lobe));
     sum += {light.irradiance.r * k, light.irradiance.g * k, light.irradiance.b * k};
   }

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <utility>
 
-#include <lightwell/cap.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/lobes.hpp>
+#include <lightwell/query.hpp>
 
 #include "core/light_transport.hpp"
 #include "core/sample.hpp"
@@ -20,12 +20,6 @@ constexpr Vec3f kZero{};
 const core::Sample& no_sample() {
   static const core::Sample none{};
   return none;
-}
-
-/// In double: near the middle of a narrow lobe, or of the sun's disc, a float's cosine has no
-/// digits left to tell angles apart.
-double cos_between(Vec3f a, Vec3f b) {
-  return dot(normalized(vec_cast<double>(a)), normalized(vec_cast<double>(b)));
 }
 
 struct RoughnessLobe {
@@ -122,11 +116,7 @@ Answer<Irradiance> Lighting::irradiance(Vec3f normal) const {
     return out;
   }
   out.value = evaluate(sample_->irradiance, n);
-  for (const Light& light : sample_->descriptor.lights) {
-    const double cos_angle = cos_between(normal, light.direction);
-    const double factor = cap_irradiance(cos_angle, static_cast<double>(light.angular_radius_rad));
-    out.value += light.irradiance * static_cast<float>(factor);
-  }
+  out.value += lights_irradiance(sample_->descriptor.lights, normal);
   return out;
 }
 
@@ -148,13 +138,7 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
   constexpr auto smallest = static_cast<float>(GgxLobe::kMinRoughness);
   const RoughnessLobe& rough = lobe_of(std::clamp(perceptual_roughness, smallest, 1.0F));
   out.value = evaluate(convolved(sh, rough.band_factor), d);
-  for (const Light& light : sample_->descriptor.lights) {
-    const double per_irradiance =
-        cap_radiance(cos_between(direction, light.direction),
-                     static_cast<double>(light.angular_radius_rad), rough.lobe);
-    const Irradiance e = light.irradiance;
-    out.value += Radiance{e.r, e.g, e.b} * static_cast<float>(per_irradiance);
-  }
+  out.value += lights_radiance(sample_->descriptor.lights, direction, rough.lobe);
   return out;
 }
 
