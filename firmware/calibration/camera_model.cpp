@@ -20,6 +20,9 @@ template <class... Cases>
 struct Overloaded : Cases... {
   using Cases::operator()...;
 };
+// clang 14 does not deduce an aggregate's arguments by itself.
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
 
 // An angle that rounding put behind the end of the domain still counts as the end: what project()
 // gives for the last direction must come back from unproject().

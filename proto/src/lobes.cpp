@@ -23,9 +23,9 @@ const GaussLegendre32& GaussLegendre32::get() {
   static const GaussLegendre32 rule = [] {
     GaussLegendre32 r{};
     for (std::size_t i = 0; i < 32; ++i) {
-      const GaussLegendreNode node = gauss_legendre_node(32, static_cast<int>(i));
-      r.node[i] = 0.5 * (1 - node.x);
-      r.weight[i] = 0.5 * node.weight;
+      const GaussLegendreNode at = gauss_legendre_node(32, static_cast<int>(i));
+      r.node[i] = 0.5 * (1 - at.x);
+      r.weight[i] = 0.5 * at.weight;
     }
     return r;
   }();
