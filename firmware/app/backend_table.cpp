@@ -1,18 +1,43 @@
 #include "app/backend_table.hpp"
 
 #include <array>
+#include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "app/daemon.hpp"
+#include "app/log.hpp"
 #include "camera/backends/replay/replay_backend.hpp"
 #include "camera/backends/sim/sim_backend.hpp"
 
 namespace lightwell {
+namespace {
+
+/// Rendering ahead can take a minute, and a daemon that says nothing for so long looks dead.
+Result<std::unique_ptr<CameraBackend>> make_talking_sim(const CameraUri& uri, const CameraConfig& config) {
+  Result<SimOptions> options = parse_sim_options(uri, config);
+  if (!options) return options.status();
+  auto camera = std::make_unique<SimBackend>(std::move(*options));
+  camera->on_progress([next_quarter = 0](double share) mutable {
+    if (stop_signal_waits()) {
+      log_info("asked to stop while rendering ahead");
+      std::_Exit(0);  // Nothing has begun that would have to be ended.
+    }
+    const int quarter = static_cast<int>(4 * share);
+    if (quarter < next_quarter) return;
+    next_quarter = quarter + 1;
+    log_info("camera: rendering ahead, " + std::to_string(static_cast<int>(100 * share)) + " % done");
+  });
+  return std::unique_ptr<CameraBackend>(std::move(camera));
+}
+
+}  // namespace
 
 std::span<const BackendEntry> backend_table() {
   static constexpr std::array kTable = {
       BackendEntry{"sim", "sim:SCENE?sensor=rgb8&turn=30deg/s  a panorama seen through a simulated rig",
-                   &make_sim_backend},
+                   &make_talking_sim},
       BackendEntry{"replay", "replay:PATH  a recording of lightwelld --record, or a directory of images",
                    &make_replay_backend},
   };

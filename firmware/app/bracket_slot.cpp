@@ -5,24 +5,24 @@
 namespace lightwell {
 
 void BracketSlot::push(Frame frame) {
-  Bracket replaced;  // Given back after the lock: a backend's release() is not ours to hold locks over.
+  Bracket replaced, spoiled;  // Given back after the lock: a backend's release() is not ours to hold locks over.
   {
     const std::lock_guard lock(mutex_);
     ++counts_.frames;
     if (closed_) return;
     const int index = frame.info.bracket_index, size = frame.info.bracket_size;
+    const std::uint64_t first = frame.info.sequence - static_cast<std::uint64_t>(index);
     const bool next_in_line =
         index > 0 && static_cast<std::size_t>(index) == filling_.frames().size() &&
         filling_.frames().back().info.sequence + 1 == frame.info.sequence;
-    if (index != 0 && !next_in_line) {
-      // An exposure is missing: what came so far and the rest of this bracket are of no use.
-      if (!filling_.empty()) ++counts_.incomplete;
-      filling_.clear();
-      return;
+    if (!next_in_line) {
+      if (!filling_.empty()) count_incomplete(filling_.frames().front().info.sequence);
+      spoiled = std::move(filling_);
     }
-    if (index == 0) {
-      if (!filling_.empty()) ++counts_.incomplete;
-      filling_.clear();
+    if (index > 0 && !next_in_line) {
+      // An exposure is missing: the rest of this bracket is of no use either.
+      count_incomplete(first);
+      return;
     }
     filling_.add(std::move(frame));
     if (index + 1 < size) return;
@@ -31,6 +31,12 @@ void BracketSlot::push(Frame frame) {
     whole_ = std::move(filling_);
   }
   ready_.notify_one();
+}
+
+void BracketSlot::count_incomplete(std::uint64_t first_sequence) {
+  if (last_incomplete_ == first_sequence) return;
+  last_incomplete_ = first_sequence;
+  ++counts_.incomplete;
 }
 
 bool BracketSlot::take(Bracket& out) {
@@ -43,11 +49,12 @@ bool BracketSlot::take(Bracket& out) {
 }
 
 void BracketSlot::close() {
+  Bracket filling, whole;
   {
     const std::lock_guard lock(mutex_);
     closed_ = true;
-    filling_.clear();
-    whole_.clear();
+    filling = std::move(filling_);
+    whole = std::move(whole_);
   }
   ready_.notify_all();
 }

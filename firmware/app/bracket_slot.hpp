@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <span>
 
 #include "camera/frame.hpp"
@@ -55,10 +56,14 @@ class BracketSlot final : public FrameSink {
   [[nodiscard]] Counts counts() const;
 
  private:
+  /// Once a bracket, whichever of its exposures came. The bracket is known by its first exposure's number.
+  void count_incomplete(std::uint64_t first_sequence);
+
   mutable std::mutex mutex_;
   std::condition_variable ready_;
   Bracket filling_, whole_;
   Counts counts_;
+  std::optional<std::uint64_t> last_incomplete_;
   bool closed_ = false;
 };
 

@@ -25,6 +25,21 @@ struct Parts {
   std::unique_ptr<Estimator> estimator;
 };
 
+/// A calibration of another camera would refuse every frame: better said at once.
+Status check_fit(const RigParameters& rig, const CameraInfo& camera) {
+  const auto size = [](std::size_t lenses, int width, int height) {
+    return std::to_string(lenses) + " x " + std::to_string(width) + "x" + std::to_string(height);
+  };
+  for (const LensParameters& lens : rig.lenses)
+    if (rig.lenses.size() != static_cast<std::size_t>(camera.lenses) || lens.width != camera.width ||
+        lens.height != camera.height)
+      return {StatusCode::invalid_argument,
+              "the calibration speaks of " + size(rig.lenses.size(), lens.width, lens.height) + " pixels, camera " +
+                  camera.name + " gives " + size(static_cast<std::size_t>(camera.lenses), camera.width, camera.height) +
+                  ": calibrate at this size, or set camera.width and camera.height to the calibration's"};
+  return {};
+}
+
 Result<Parts> make_parts(const Config& config) {
   Parts parts;
   Result<std::unique_ptr<CameraBackend>> camera = make_backend(config.camera);
@@ -48,6 +63,7 @@ Result<Parts> make_parts(const Config& config) {
                   "the camera does not know its calibration: name one with `calibration` in the configuration or "
                   "--calibration");
   }
+  if (Status s = check_fit(parts.rig, parts.info); !s.ok()) return s;
   PanoramaOptions options;
   options.config = config.estimator;
   options.probe_id = identity_of(config.probe_name);
@@ -89,6 +105,12 @@ void block_stop_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
+bool stop_signal_waits() {
+  sigset_t waiting;
+  sigpending(&waiting);
+  return sigismember(&waiting, SIGINT) == 1 || sigismember(&waiting, SIGTERM) == 1;
+}
+
 Status check_daemon(const Config& config) { return make_parts(config).status(); }
 
 Status run_daemon(const Config& config) {
@@ -110,7 +132,11 @@ Status run_daemon(const Config& config) {
   }
   if (Status s = pipeline.start(); !s.ok()) return s;
   FrameSink& sink = recorder ? static_cast<FrameSink&>(*recorder) : pipeline.sink();
-  if (Status s = parts->camera->start(sink); !s.ok()) return s;
+  if (Status s = parts->camera->start(sink); !s.ok()) {
+    // The links ask for the recorder's counters, and the recorder goes before them.
+    pipeline.stop();
+    return s;
+  }
 
   for (const auto& link : pipeline.publisher().links())
     std::cout << "lightwelld: listening on " << link->address() << std::endl;
@@ -136,8 +162,10 @@ Status run_daemon(const Config& config) {
       log_error("the camera went away");
     }
     if (state == CameraBackend::State::finished) {
+      // Once more around: a second in which the last capture is estimated and reaches the clients.
+      if (told_end) break;
+      told_end = true;
       log_info("the recording has come to its end");
-      break;
     }
   }
   notify_stopping();

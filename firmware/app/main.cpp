@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <istream>
@@ -29,6 +30,8 @@ std::istream& operator>>(std::istream& in, Size& size) {
 
 int main(int argc, char** argv) {
   lightwell::block_stop_signals();
+  // What gRPC would write to stderr we say ourselves, in words; whoever wants both sets the variable.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
 
   CLI::App app{"lightwelld turns a camera's frames into lighting descriptors and serves them to AR applications."};
   app.footer(

@@ -40,16 +40,21 @@ void Pipeline::run() {
     Status status = estimator_->estimate(bracket.frames(), descriptor);
     if (status.ok()) status = publisher_.publish(descriptor);
     bracket.clear();
+    // Counted last: who sees the count finds what was counted.
     if (status.ok()) {
-      estimates_.fetch_add(1, std::memory_order_relaxed);
-      const std::lock_guard lock(mutex_);
-      newest_ = descriptor;
-      newest_factor_ = estimator_->scale().factor;
-      has_newest_ = true;
+      {
+        const std::lock_guard lock(mutex_);
+        newest_ = descriptor;
+        newest_factor_ = estimator_->scale().factor;
+        has_newest_ = true;
+      }
+      estimates_.fetch_add(1, std::memory_order_release);
     } else {
-      failed_.fetch_add(1, std::memory_order_relaxed);
-      const std::lock_guard lock(mutex_);
-      last_error_ = status.message();
+      {
+        const std::lock_guard lock(mutex_);
+        last_error_ = status.message();
+      }
+      failed_.fetch_add(1, std::memory_order_release);
     }
   }
 }
@@ -71,8 +76,8 @@ StatusSnapshot Pipeline::status() const {
   s.counters.frames = slot.frames;
   s.counters.captures_dropped = slot.dropped;
   s.counters.brackets_incomplete = slot.incomplete;
-  s.counters.estimates = estimates_.load(std::memory_order_relaxed);
-  s.counters.estimates_failed = failed_.load(std::memory_order_relaxed);
+  s.counters.estimates = estimates_.load(std::memory_order_acquire);
+  s.counters.estimates_failed = failed_.load(std::memory_order_acquire);
   s.counters.descriptors_coalesced = links.coalesced;
   s.counters.clients = links.clients;
   if (recorder_ != nullptr) {

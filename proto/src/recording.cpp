@@ -109,7 +109,8 @@ Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> pay
   put_le(head + 8, time_ns);
   put_le(head + 4, record_crc(head + 8, payload));
   if (std::fwrite(head, 1, sizeof head, file_.get()) != sizeof head ||
-      std::fwrite(payload.data(), 1, payload.size(), file_.get()) != payload.size())
+      // An empty span has no address, and fwrite() wants one.
+      (!payload.empty() && std::fwrite(payload.data(), 1, payload.size(), file_.get()) != payload.size()))
     return write_error("recording");
   return {};
 }

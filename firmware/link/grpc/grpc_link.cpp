@@ -4,9 +4,11 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
+#include <charconv>
 #include <cmath>
 #include <lightwell/time.hpp>
 #include <mutex>
+#include <string_view>
 
 #include "lightwell/v1/probe_service.grpc.pb.h"
 #include "link/grpc/descriptor_stream.hpp"
@@ -26,6 +28,20 @@ grpc::Status rpc_status(const Status& s) {
     case StatusCode::internal: break;
   }
   return {grpc::StatusCode::INTERNAL, s.message()};
+}
+
+/// The fields of a request that a running probe cannot change, by name.
+std::string fixed_fields(const v1::Config& config) {
+  std::string names;
+  const auto add = [&](bool set, const char* name) {
+    if (set) names += (names.empty() ? "" : ", ") + std::string(name);
+  };
+  add(!config.probe_name().empty(), "probe_name");
+  add(config.has_camera(), "camera");
+  add(!config.calibration().empty(), "calibration");
+  add(config.has_grpc(), "grpc");
+  add(config.has_record(), "record");
+  return names;
 }
 
 /// Descriptors go out as the bytes that the publisher made: both methods that send them are raw.
@@ -96,11 +112,10 @@ class Service final : public Base {
   grpc::ServerUnaryReactor* SetConfig(grpc::CallbackServerContext* context, const v1::SetConfigRequest* request,
                                       v1::SetConfigResponse*) override {
     const v1::Config& config = request->config();
-    if (!config.probe_name().empty() || config.has_camera() || !config.calibration().empty() || config.has_grpc() ||
-        config.has_record())
+    if (const std::string fixed = fixed_fields(config); !fixed.empty())
       return finished(context, {StatusCode::failed_precondition,
-                                "only `estimator` can change while the probe runs; put the rest into the "
-                                "configuration file and restart lightwelld"});
+                                fixed + ": only `estimator` can change while the probe runs; put the rest into the "
+                                        "configuration file and restart lightwelld"});
     if (!config.has_estimator()) return finished(context, {StatusCode::invalid_argument, "no field is set"});
     // What the request leaves out stays as it is.
     EstimatorConfig changed = commands_.estimator();
@@ -136,12 +151,23 @@ class Service final : public Base {
   bool has_newest_ = false;
 };
 
+/// gRPC itself would take port 443 where none is named, and 34463 for 99999.
+bool is_host_and_port(std::string_view listen) {
+  const std::size_t colon = listen.rfind(':');
+  if (colon == std::string_view::npos || colon == 0) return false;
+  unsigned port = 0;
+  const char* const end = listen.data() + listen.size();
+  const auto [stop, error] = std::from_chars(listen.data() + colon + 1, end, port);
+  return error == std::errc() && stop == end && port <= 65535;
+}
+
 class GrpcLink final : public Link {
  public:
   GrpcLink(std::string listen, Commands& commands) : listen_(std::move(listen)), service_(commands) {}
   ~GrpcLink() override { stop(); }
 
   Status start() override {
+    if (!is_host_and_port(listen_)) return refused();
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
@@ -157,10 +183,7 @@ class GrpcLink final : public Link {
     server_ = builder.BuildAndStart();
     if (!server_ || port == 0) {
       server_.reset();
-      return {StatusCode::resource_exhausted,
-              "cannot listen on " + listen_ +
-                  ": the address is malformed, not of this machine, or its port is in use by another program (find it "
-                  "with `ss -ltnp`); choose another with grpc.listen or --listen, port 0 takes any"};
+      return refused();
     }
     port_ = port;
     server_->GetHealthCheckService()->SetServingStatus("lightwell.v1.ProbeService", true);
@@ -184,6 +207,13 @@ class GrpcLink final : public Link {
   }
 
  private:
+  [[nodiscard]] Status refused() const {
+    return {StatusCode::resource_exhausted,
+            "cannot listen on '" + listen_ +
+                "': the address is malformed (HOST:PORT), not of this machine, or its port is in use by another "
+                "program (find it with `ss -ltnp`); choose another with grpc.listen or --listen, port 0 takes any"};
+  }
+
   std::string listen_;
   Service service_;
   std::unique_ptr<grpc::Server> server_;

@@ -48,6 +48,10 @@ std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port) {
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   // The reader thread decides when to try again.
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
+  // gRPC would let the probe send up to 16 MiB ahead of a reader that is slow: half an hour of old light at 30
+  // descriptors a second. About 20 descriptors are allowed; the probe then leaves out what is old.
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 8192);
   return grpc::CreateCustomChannel("dns:///" + host_port, grpc::InsecureChannelCredentials(),
                                    arguments);
 }

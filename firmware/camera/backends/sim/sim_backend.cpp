@@ -112,11 +112,6 @@ Result<RingPlan> SimBackend::plan_ring() const {
 CameraInfo SimBackend::describe() const {
   CameraInfo info;
   info.name = "sim:" + options_.scene;
-  const RingPlan& plan = ring_.plan();
-  if (plan.pictures() < plan.wanted) {
-    info.name += " (a ring of " + std::to_string(plan.pictures()) + " frames; " +
-                 std::to_string(plan.wanted) + " would take more than 1 GiB)";
-  }
   info.width = options_.width;
   info.height = options_.height;
   info.format = options_.sensor;
@@ -124,6 +119,17 @@ CameraInfo SimBackend::describe() const {
   info.frame_rate = options_.frame_rate;
   info.exposure_s = options_.exposure_s;
   info.calibration = rig_;
+  if (cleaning_.any()) {
+    info.notes.push_back("the panorama held numbers that are no radiance: replaced " +
+                         std::to_string(cleaning_.nan) + " NaN, " +
+                         std::to_string(cleaning_.infinite) + " infinite, " +
+                         std::to_string(cleaning_.negative) + " negative values");
+  }
+  const RingPlan& plan = ring_.plan();
+  if (plan.pictures() < plan.wanted) {
+    info.notes.push_back("a ring of " + std::to_string(plan.pictures()) + " frames; " +
+                         std::to_string(plan.wanted) + " would take more than 1 GiB");
+  }
   return info;
 }
 

@@ -1,0 +1,163 @@
+// Between camera and estimator: the newest whole bracket wins, and what is lost is counted.
+#include "app/bracket_slot.hpp"
+
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "firmware/app/fakes.hpp"
+#include "support/wait.hpp"
+
+namespace lightwell {
+namespace {
+
+using test::comes_true;
+using test::Lender;
+using ::testing::ElementsAre;
+
+std::vector<std::uint64_t> sequences(const Bracket& bracket) {
+  std::vector<std::uint64_t> out;
+  for (const Frame& f : bracket.frames()) out.push_back(f.info.sequence);
+  return out;
+}
+
+class BracketSlotTest : public ::testing::Test {
+ protected:
+  void push(std::uint64_t sequence, int index = 0, int size = 1) {
+    slot_.push(lender_.frame(sequence, index, size));
+  }
+  /// Where a whole bracket waits.
+  std::vector<std::uint64_t> take() {
+    EXPECT_TRUE(slot_.take(bracket_));
+    return sequences(bracket_);
+  }
+
+  Lender lender_;  // first: frames come back to it
+  BracketSlot slot_;
+  Bracket bracket_;
+};
+
+TEST_F(BracketSlotTest, ASingleFrameIsABracketOfOne) {
+  push(7);
+  EXPECT_THAT(take(), ElementsAre(7));
+  EXPECT_EQ(slot_.counts().frames, 1U);
+  EXPECT_EQ(slot_.counts().dropped, 0U);
+}
+
+TEST_F(BracketSlotTest, TheNewestWinsAndTheOthersAreCountedAndGivenBack) {
+  push(1);
+  push(2);
+  push(3);
+  EXPECT_EQ(lender_.lent(), 1);
+  EXPECT_THAT(take(), ElementsAre(3));
+  EXPECT_EQ(slot_.counts().frames, 3U);
+  EXPECT_EQ(slot_.counts().dropped, 2U);
+}
+
+TEST_F(BracketSlotTest, ExposuresAreCollectedInOrder) {
+  for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(3 + i), i, 3);
+  EXPECT_THAT(take(), ElementsAre(3, 4, 5));
+}
+
+TEST_F(BracketSlotTest, AWholeBracketWaitsWhileTheNextOneFills) {
+  for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(i), i, 3);
+  push(3, 0, 3);
+  push(4, 1, 3);
+  EXPECT_THAT(take(), ElementsAre(0, 1, 2));
+  push(5, 2, 3);
+  EXPECT_THAT(take(), ElementsAre(3, 4, 5));
+  EXPECT_EQ(slot_.counts().dropped, 0U);
+  EXPECT_EQ(slot_.counts().incomplete, 0U);
+}
+
+TEST_F(BracketSlotTest, WithoutItsMiddleExposureABracketIsDiscardedAndCountedOnce) {
+  push(0, 0, 3);
+  push(2, 2, 3);
+  EXPECT_EQ(lender_.lent(), 0) << "neither half is of use";
+  EXPECT_EQ(slot_.counts().incomplete, 1U);
+  for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(3 + i), i, 3);
+  EXPECT_THAT(take(), ElementsAre(3, 4, 5));
+  EXPECT_EQ(slot_.counts().incomplete, 1U);
+}
+
+TEST_F(BracketSlotTest, WithoutItsFirstExposureABracketIsCountedOnce) {
+  push(1, 1, 3);
+  push(2, 2, 3);
+  EXPECT_EQ(slot_.counts().incomplete, 1U);
+  EXPECT_EQ(lender_.lent(), 0);
+}
+
+TEST_F(BracketSlotTest, WithoutItsLastExposureABracketIsCountedWhenTheNextBegins) {
+  push(0, 0, 3);
+  push(1, 1, 3);
+  push(3, 0, 3);
+  EXPECT_EQ(slot_.counts().incomplete, 1U);
+  EXPECT_EQ(lender_.lent(), 1) << "the new beginning";
+}
+
+TEST_F(BracketSlotTest, TwoBracketsThatEachLackAnExposureAreTwo) {
+  push(0, 0, 3);
+  push(1, 1, 3);
+  // 2 and 3 are lost: the end of one bracket and the beginning of the next.
+  push(4, 1, 3);
+  push(5, 2, 3);
+  EXPECT_EQ(slot_.counts().incomplete, 2U);
+  EXPECT_EQ(lender_.lent(), 0);
+}
+
+TEST_F(BracketSlotTest, ExposuresOfDifferentBracketsAreNotMixed) {
+  push(0, 0, 3);
+  push(4, 1, 3);  // Next by its index, but of another bracket.
+  push(5, 2, 3);
+  EXPECT_EQ(lender_.lent(), 0);
+  EXPECT_EQ(slot_.counts().incomplete, 2U);
+}
+
+TEST_F(BracketSlotTest, TakingGivesBackWhatWasTakenBefore) {
+  push(1);
+  take();
+  push(2);
+  EXPECT_EQ(lender_.lent(), 2);
+  take();
+  EXPECT_EQ(lender_.lent(), 1);
+  bracket_.clear();
+  EXPECT_EQ(lender_.lent(), 0);
+}
+
+TEST_F(BracketSlotTest, TakeWaitsForTheFrame) {
+  std::thread camera([this] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    push(9);
+  });
+  EXPECT_THAT(take(), ElementsAre(9));
+  camera.join();
+}
+
+TEST_F(BracketSlotTest, CloseWakesWhoeverWaits) {
+  std::atomic<bool> woken{false};
+  std::thread estimator([&] {
+    Bracket b;
+    EXPECT_FALSE(slot_.take(b));
+    woken = true;
+  });
+  slot_.close();
+  EXPECT_TRUE(comes_true("take() returns after close()", [&] { return woken.load(); }));
+  estimator.join();
+}
+
+TEST_F(BracketSlotTest, CloseGivesBackWhatItHoldsAndTakesNoMore) {
+  for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(i), i, 3);
+  push(3, 0, 3);
+  EXPECT_EQ(lender_.lent(), 4);
+  slot_.close();
+  EXPECT_EQ(lender_.lent(), 0);
+  push(4, 1, 3);
+  EXPECT_EQ(lender_.lent(), 0);
+  EXPECT_FALSE(slot_.take(bracket_));
+  EXPECT_EQ(slot_.counts().frames, 5U) << "frames are counted all the same";
+}
+
+}  // namespace
+}  // namespace lightwell

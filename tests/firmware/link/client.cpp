@@ -1,0 +1,117 @@
+#include "firmware/link/client.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+
+namespace lightwell::test {
+namespace {
+
+void* const kTag = reinterpret_cast<void*>(1);
+
+grpc::ByteBuffer buffer_of(const std::string& bytes) {
+  const grpc::Slice slice(bytes);
+  return grpc::ByteBuffer(&slice, 1);
+}
+
+std::string text_of_buffer(const grpc::ByteBuffer& buffer) {
+  std::vector<grpc::Slice> slices;
+  if (!buffer.Dump(&slices).ok()) return {};
+  std::string out;
+  for (const grpc::Slice& s : slices)
+    out.append(reinterpret_cast<const char*>(s.begin()), s.size());
+  return out;
+}
+
+std::chrono::system_clock::time_point after(std::chrono::milliseconds patience) {
+  return std::chrono::system_clock::now() + patience;
+}
+
+}  // namespace
+
+std::string host_port(const Link& link) { return link.address().substr(std::strlen("grpc://")); }
+
+std::shared_ptr<grpc::Channel> connect(const Link& link) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  return grpc::CreateCustomChannel(host_port(link), grpc::InsecureChannelCredentials(), arguments);
+}
+
+Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+           const std::string& request) {
+  grpc::GenericStub stub(channel);
+  grpc::CompletionQueue queue;
+  grpc::ClientContext context;
+  context.set_deadline(after(kPatience));
+  const grpc::ByteBuffer sent = buffer_of(request);
+  grpc::ByteBuffer came;
+  Reply reply;
+  const auto unary = stub.PrepareUnaryCall(&context, method, sent, &queue);
+  unary->StartCall();
+  unary->Finish(&came, &reply.status, kTag);
+  void* tag = nullptr;
+  bool ok = false;
+  queue.Next(&tag, &ok);
+  if (reply.status.ok()) reply.bytes = text_of_buffer(came);
+  return reply;
+}
+
+RawStream::RawStream(std::shared_ptr<grpc::Channel> channel, const std::string& method,
+                     const std::string& request)
+    : stub_(std::move(channel)) {
+  bool ok = false;
+  call_ = stub_.PrepareCall(&context_, method, &queue_);
+  call_->StartCall(kTag);
+  EXPECT_TRUE(await(kPatience, ok)) << "waited for the call to start";
+  call_->WriteLast(buffer_of(request), grpc::WriteOptions(), kTag);
+  EXPECT_TRUE(await(kPatience, ok)) << "waited for the request to be sent";
+}
+
+RawStream::~RawStream() {
+  cancel();
+  queue_.Shutdown();
+  void* tag = nullptr;
+  bool ok = false;
+  while (queue_.Next(&tag, &ok)) {
+  }
+}
+
+bool RawStream::await(std::chrono::milliseconds patience, bool& ok) {
+  void* tag = nullptr;
+  return queue_.AsyncNext(&tag, &ok, after(patience)) == grpc::CompletionQueue::GOT_EVENT;
+}
+
+std::optional<std::string> RawStream::next(std::chrono::milliseconds patience) {
+  if (ended_) return std::nullopt;
+  if (!reading_) call_->Read(&buffer_, kTag);
+  bool ok = false;
+  reading_ = !await(patience, ok);
+  if (reading_) return std::nullopt;
+  ended_ = !ok;
+  if (ended_) return std::nullopt;
+  return text_of_buffer(buffer_);
+}
+
+grpc::Status RawStream::end() {
+  const auto last = after(kPatience);
+  while (!ended_ && std::chrono::system_clock::now() < last) (void)next();
+  if (!ended_) return {grpc::StatusCode::DEADLINE_EXCEEDED, "the stream did not end"};
+  grpc::Status status;
+  bool ok = false;
+  call_->Finish(&status, kTag);
+  if (!await(kPatience, ok)) return {grpc::StatusCode::DEADLINE_EXCEEDED, "no status came"};
+  return status;
+}
+
+EncodedDescriptor message(int number, std::size_t bytes) {
+  std::string text = std::to_string(number);
+  text.resize(std::max(bytes, text.size()), '.');
+  const auto raw = std::as_bytes(std::span(text));
+  return std::make_shared<const std::vector<std::byte>>(raw.begin(), raw.end());
+}
+
+std::string text_of(const EncodedDescriptor& descriptor) {
+  return {reinterpret_cast<const char*>(descriptor->data()), descriptor->size()};
+}
+
+}  // namespace lightwell::test

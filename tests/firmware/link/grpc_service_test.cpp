@@ -1,0 +1,193 @@
+// What the gRPC link answers.
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "firmware/link/probe_server.hpp"
+#include "lightwell/v1/probe_service.grpc.pb.h"
+
+namespace lightwell::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kService = "/lightwell.v1.ProbeService/";
+
+class GrpcServiceTest : public GrpcLinkTest {
+ protected:
+  void SetUp() override {
+    GrpcLinkTest::SetUp();
+    channel_ = connect(*link_);
+    stub_ = v1::ProbeService::NewStub(channel_);
+  }
+  grpc::Status set(const v1::SetConfigRequest& request) {
+    grpc::ClientContext context;
+    v1::SetConfigResponse response;
+    return stub_->SetConfig(&context, request, &response);
+  }
+  grpc::Status report(double lux, double x, double y, double z) {
+    v1::ReportLuxRequest request;
+    request.set_lux(lux);
+    request.set_normal_x(x);
+    request.set_normal_y(y);
+    request.set_normal_z(z);
+    grpc::ClientContext context;
+    v1::ReportLuxResponse response;
+    const grpc::Status status = stub_->ReportLux(&context, request, &response);
+    scale_ = response.scale();
+    return status;
+  }
+
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::ProbeService::Stub> stub_;
+  double scale_ = 0;
+};
+
+/// Of grpc.health.v1: request { string service = 1; }, response { enum status = 1; }, SERVING = 1.
+Reply health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
+  std::string request;
+  if (!service.empty())
+    request = "\x0a" + std::string(1, static_cast<char>(service.size())) + service;
+  return call(channel, "/grpc.health.v1.Health/Check", request);
+}
+
+TEST_F(GrpcServiceTest, HealthIsServing) {
+  for (const std::string service : {"", "lightwell.v1.ProbeService"}) {
+    const Reply reply = health(channel_, service);
+    EXPECT_TRUE(reply.status.ok()) << reply.status.error_message();
+    EXPECT_EQ(reply.bytes, "\x08\x01") << "'" << service << "'";
+  }
+  EXPECT_EQ(health(channel_, "lightwell.v1.Sundial").status.error_code(),
+            grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(GrpcServiceTest, ReflectionListsTheService) {
+  // ServerReflectionRequest { string list_services = 7; }, empty.
+  RawStream stream(channel_, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+                   std::string("\x3a\x00", 2));
+  const std::optional<std::string> answer = stream.next();
+  ASSERT_TRUE(answer) << "waited for the answer of the reflection service";
+  EXPECT_THAT(*answer, HasSubstr("lightwell.v1.ProbeService"));
+  EXPECT_THAT(*answer, HasSubstr("grpc.health.v1.Health"));
+}
+
+TEST_F(GrpcServiceTest, InfoTellsWhoTheProbeIsAndItsCounters) {
+  grpc::ClientContext context;
+  v1::InfoResponse info;
+  ASSERT_TRUE(stub_->Info(&context, {}, &info).ok());
+  EXPECT_EQ(info.probe_name(), "attic");
+  EXPECT_EQ(info.probe_id(), 11U);
+  EXPECT_EQ(info.calibration_id(), 12U);
+  EXPECT_EQ(info.version(), "0.1.0");
+  EXPECT_EQ(info.camera(), "fake camera");
+  EXPECT_EQ(info.counters().frames(), 5U);
+  EXPECT_EQ(info.counters().recording_faults(), 3U);
+  EXPECT_GT(info.clock_now_ns(), 0U);
+}
+
+TEST_F(GrpcServiceTest, BeforeTheFirstDescriptorThereIsNone) {
+  const Reply reply = call(channel_, kService + "GetDescriptor", "");
+  EXPECT_EQ(reply.status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_THAT(reply.status.error_message(), HasSubstr("no descriptor yet"));
+}
+
+TEST_F(GrpcServiceTest, GetDescriptorGivesTheNewestByteForByte) {
+  link_->publish(message(1));
+  const EncodedDescriptor newest = message(2, 5000);
+  link_->publish(newest);
+  for (int again = 0; again < 2; ++again) {
+    const Reply reply = call(channel_, kService + "GetDescriptor", "");
+    ASSERT_TRUE(reply.status.ok());
+    EXPECT_EQ(reply.bytes, text_of(newest));
+  }
+}
+
+TEST_F(GrpcServiceTest, EveryStreamGetsTheSameBytes) {
+  RawStream one(channel_), other(channel_), third(connect(*link_));
+  ASSERT_TRUE(clients_become(3));
+  for (int i = 0; i < 20; ++i) {
+    const EncodedDescriptor sent = message(i, static_cast<std::size_t>(20 + 100 * i));
+    link_->publish(sent);
+    for (RawStream* stream : {&one, &other, &third})
+      EXPECT_EQ(stream->next(), text_of(sent)) << "message " << i;
+  }
+  EXPECT_EQ(link_->counters().coalesced, 0U);
+}
+
+TEST_F(GrpcServiceTest, SetConfigChangesWhatIsSetAndLeavesTheRest) {
+  v1::SetConfigRequest request;
+  request.mutable_config()->mutable_estimator()->set_band(2);
+  ASSERT_TRUE(set(request).ok());
+  EXPECT_EQ(commands_.estimator().band, 2);
+  EXPECT_EQ(commands_.estimator().max_lights, EstimatorConfig{}.max_lights);
+
+  request.Clear();
+  request.mutable_config()->mutable_estimator()->set_max_lights(0);
+  ASSERT_TRUE(set(request).ok()) << "zero is a value, not an absence";
+  EXPECT_EQ(commands_.estimator().band, 2);
+  EXPECT_EQ(commands_.estimator().max_lights, 0);
+  EXPECT_EQ(commands_.estimator().light_threshold, EstimatorConfig{}.light_threshold);
+}
+
+TEST_F(GrpcServiceTest, SetConfigRefusesOtherFieldsByName) {
+  const auto refused = [&](auto&& fill, const std::string& name) {
+    v1::SetConfigRequest request;
+    request.mutable_config()->mutable_estimator()->set_band(1);
+    fill(*request.mutable_config());
+    const grpc::Status status = set(request);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << name;
+    EXPECT_THAT(status.error_message(), HasSubstr(name));
+    EXPECT_THAT(status.error_message(), HasSubstr("restart"));
+  };
+  refused([](v1::Config& c) { c.set_probe_name("cellar"); }, "probe_name");
+  refused([](v1::Config& c) { c.mutable_camera()->set_width(320); }, "camera");
+  refused([](v1::Config& c) { c.set_calibration("other.textproto"); }, "calibration");
+  refused([](v1::Config& c) { c.mutable_grpc()->set_listen("0.0.0.0:1"); }, "grpc");
+  refused([](v1::Config& c) { c.mutable_record()->set_path("/tmp/x"); }, "record");
+  EXPECT_EQ(commands_.estimator().band, EstimatorConfig{}.band) << "and nothing changed";
+}
+
+TEST_F(GrpcServiceTest, SetConfigRefusesWhatIsImpossible) {
+  EXPECT_EQ(set({}).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "nothing is set";
+  const auto refused = [&](auto&& fill, const std::string& name) {
+    v1::SetConfigRequest request;
+    fill(*request.mutable_config()->mutable_estimator());
+    const grpc::Status status = set(request);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(status.error_message(), HasSubstr(name));
+  };
+  refused([](v1::EstimatorConfig& e) { e.set_band(7); }, "band");
+  refused([](v1::EstimatorConfig& e) { e.set_band(0xFFFFFFFF); }, "band");
+  refused([](v1::EstimatorConfig& e) { e.set_max_lights(65); }, "max_lights");
+  refused([](v1::EstimatorConfig& e) { e.set_light_threshold(std::nan("")); }, "light_threshold");
+}
+
+TEST_F(GrpcServiceTest, ReportLuxHandsOnAUnitNormal) {
+  ASSERT_TRUE(report(250, 0, 3, 0).ok());
+  EXPECT_EQ(scale_, 500);
+  EXPECT_EQ(commands_.lux_, 250);
+  EXPECT_EQ(commands_.normal_, (Vec3d{0, 1, 0}));
+}
+
+TEST_F(GrpcServiceTest, ReportLuxRefusesNonsense) {
+  const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
+  for (const double lux : {0.0, -1.0, inf, nan})
+    EXPECT_EQ(report(lux, 0, 1, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << lux;
+  EXPECT_EQ(report(100, 0, 0, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(report(100, nan, 1, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(report(100, inf, 1, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_FALSE(commands_.lux_) << "none of it reached the probe";
+}
+
+TEST_F(GrpcServiceTest, ARequestThatIsNoMessageIsRefused) {
+  const Reply reply = call(channel_, kService + "SetConfig", "\xff\xff\xff\xff");
+  EXPECT_FALSE(reply.status.ok());
+  const Reply huge = call(channel_, kService + "SetConfig", std::string(100'000, 'x'));
+  EXPECT_EQ(huge.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(health(channel_, "").status.ok()) << "the probe lives on";
+}
+
+}  // namespace
+}  // namespace lightwell::test

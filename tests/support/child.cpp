@@ -1,0 +1,125 @@
+#include "support/child.hpp"
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <iterator>
+#include <ostream>
+#include <thread>
+#include <unistd.h>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+namespace lightwell::test {
+namespace {
+
+std::string content(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::vector<char*> pointers(std::vector<std::string>& strings) {
+  std::vector<char*> out;
+  for (std::string& s : strings) out.push_back(s.data());
+  out.push_back(nullptr);
+  return out;
+}
+
+std::vector<std::string> merged_environment(const std::vector<std::string>& added) {
+  std::vector<std::string> all;
+  for (char** at = environ; *at != nullptr; ++at) {
+    const std::string_view entry = *at;
+    const std::string_view name = entry.substr(0, entry.find('=') + 1);
+    bool replaced = false;
+    for (const std::string& a : added) replaced = replaced || a.starts_with(name);
+    if (!replaced) all.emplace_back(entry);
+  }
+  all.insert(all.end(), added.begin(), added.end());
+  return all;
+}
+
+}  // namespace
+
+std::ostream& operator<<(std::ostream& out, const Ending& ending) {
+  if (ending.signal != 0) return out << "killed by signal " << ending.signal;
+  return out << "exit code " << ending.code;
+}
+
+Child::Child(const std::vector<std::string>& command, const ChildOptions& options) {
+  // All memory is taken before the fork: this process has threads, one of which may hold the heap.
+  std::vector<std::string> arguments = command;
+  std::vector<std::string> environment = merged_environment(options.environment);
+  const std::vector<char*> argv = pointers(arguments), envp = pointers(environment);
+  const std::string out = folder_.path("out"), err = folder_.path("err");
+  pid_ = ::fork();
+  if (pid_ != 0) {
+    if (pid_ < 0) ADD_FAILURE() << "fork: " << std::strerror(errno);
+    return;
+  }
+  const int flags = O_CREAT | O_WRONLY | O_APPEND;
+  ::dup2(::open("/dev/null", O_RDONLY), 0);
+  ::dup2(::open(out.c_str(), flags, 0600), 1);
+  ::dup2(::open(err.c_str(), flags, 0600), 2);
+  for (int fd = 3; fd < 1024; ++fd) ::close(fd);
+  sigset_t none;
+  sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  if (options.largest_file_bytes > 0) {
+    const rlimit limit{options.largest_file_bytes, options.largest_file_bytes};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ::execve(argv[0], argv.data(), envp.data());
+  ::_exit(127);
+}
+
+Child::~Child() {
+  if (pid_ < 0 || ended()) return;
+  ::kill(pid_, SIGKILL);
+  ::waitpid(pid_, nullptr, 0);
+}
+
+void Child::signal(int number) const {
+  if (pid_ > 0 && !ending_) ::kill(pid_, number);
+}
+
+std::optional<Ending> Child::ended() {
+  if (ending_ || pid_ < 0) return ending_;
+  int status = 0;
+  if (::waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+  if (WIFEXITED(status)) ending_ = Ending{WEXITSTATUS(status), 0};
+  if (WIFSIGNALED(status)) ending_ = Ending{-1, WTERMSIG(status)};
+  return ending_;
+}
+
+Ending Child::wait(std::chrono::milliseconds patience) {
+  EXPECT_TRUE(comes_true(
+      "the process ends", [this] { return ended().has_value(); }, patience))
+      << "it said:\n"
+      << out() << err();
+  return ending_.value_or(Ending{});
+}
+
+std::string Child::out() const { return content(folder_.path("out")); }
+std::string Child::err() const { return content(folder_.path("err")); }
+
+long Child::status_number(std::string_view name) const { return proc_status_number(pid_, name); }
+
+long proc_status_number(pid_t pid, std::string_view name) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with(std::string(name) + ":")) return std::stol(line.substr(name.size() + 1));
+  return 0;
+}
+
+std::size_t occurrences(std::string_view text, std::string_view part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string_view::npos;
+       at = text.find(part, at + part.size()))
+    ++count;
+  return count;
+}
+
+}  // namespace lightwell::test
