@@ -70,7 +70,8 @@ Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<Im
     for (std::size_t i = 0; i + 1 < taken.size(); ++i)
       if (taken[i].exposure_s == taken[i + 1].exposure_s)
         return invalid("lens " + std::to_string(lens) + " has two images of " + std::to_string(taken[i].exposure_s) +
-                       " s; a bracket gives a different --exposure-s before each image");
+                       " s; a bracket gives a different --exposure-s before each image, and --lens N before the images of "
+                       "another lens");
     const bool same = std::equal(taken.begin(), taken.end(), first.begin(), first.end(), [](const Taken& a, const Taken& b) {
       return std::abs(a.exposure_s - b.exposure_s) <= 1e-6 * b.exposure_s;
     });

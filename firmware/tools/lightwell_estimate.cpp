@@ -1,4 +1,5 @@
 // lightwell-estimate: one descriptor from still images.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -77,6 +78,11 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
       exposure = 0;
       continue;
     }
+    static constexpr std::string_view kOptions[] = {"--calibration", "--equirect", "--json",       "--binary",
+                                                    "--lens",        "--exposure-s", "--band", "--max-lights"};
+    if (std::find(std::begin(kOptions), std::end(kOptions), std::string_view(word).substr(0, word.find('='))) ==
+        std::end(kOptions))
+      return usage("unknown option " + word);
     std::optional<std::string> value;
     if (const auto equals = word.find('='); equals != std::string::npos) {
       value = word.substr(equals + 1);
@@ -86,6 +92,8 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
     }
     if (!value) return usage(word + " needs a value");
     const auto bad = [&] { return usage(word + ": '" + *value + "' is not a value it can take"); };
+    if ((word == "--calibration" && !out.calibration.empty()) || (word == "--equirect" && !out.equirect.empty()))
+      return usage(word + " is given twice");
     if (word == "--calibration") {
       out.calibration = *value;
     } else if (word == "--equirect") {
@@ -110,11 +118,11 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
       const auto n = number<int>(*value);
       if (!n) return bad();
       out.config.max_lights = *n;
-    } else {
-      return usage("unknown option " + word);
     }
   }
-  if (exposure > 0) return usage("--exposure-s stands behind the last image; it speaks of the image after it");
+  if (!out.equirect.empty() && exposure > 0)
+    return usage("--equirect takes one image without exposure; a bracket of panoramas needs --calibration with equirectangular {}");
+  if (exposure > 0) return usage("--exposure-s has no image after it; it speaks of the next one");
   if (out.equirect.empty() == out.calibration.empty())
     return usage("give either --calibration with images or --equirect with one");
   if (!out.equirect.empty() && !out.images.empty())

@@ -44,7 +44,7 @@ Status model_problem(const LensParameters& lens) {
   return {};
 }
 
-Status photometry_problem(const PhotometricCalibration& p) {
+Status photometry_problem(const PhotometricCalibration& p, double max_angle_rad) {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "photometry." + what); };
   if (!(p.black_level >= 0 && p.black_level < 0.5)) return bad("black_level must be at least 0 and below 0.5");
   if (!(p.saturation > p.black_level && p.saturation <= 1)) return bad("saturation must lie above black_level, up to 1");
@@ -59,10 +59,19 @@ Status photometry_problem(const PhotometricCalibration& p) {
     for (std::size_t i = 0; i < t.size(); ++i)
       if (!std::isfinite(t[i]) || (i > 0 && t[i] < t[i - 1]))
         return bad("response.inverse must rise; it does not at entry " + std::to_string(i));
-    if (!(t.back() > t.front())) return bad("response.inverse is flat");
+    if (!(t.front() >= 0 && t.front() <= 0.1) || !(std::abs(t.back() - 1) <= 1e-3))
+      return bad("response.inverse must rise from 0 (at most 0.1) to 1; it goes from " + std::to_string(t.front()) +
+                 " to " + std::to_string(t.back()));
   }
-  if (p.response.kind == ResponseCurve::Kind::gamma && !(p.response.gamma > 0))
-    return bad("response.gamma must be positive");
+  if (p.response.kind == ResponseCurve::Kind::gamma && !(p.response.gamma > 0 && std::isfinite(p.response.gamma)))
+    return bad("response.gamma must be given and positive");
+  for (int i = 0; i <= 64; ++i) {
+    const double t = max_angle_rad * i / 64, t2 = t * t;
+    const double v = 1 + t2 * (p.vignetting[0] + t2 * (p.vignetting[1] + t2 * p.vignetting[2]));
+    if (!(v >= 0.05))
+      return bad("vignetting leaves " + std::to_string(v) + " of the light at " + std::to_string(t / kDegree) +
+                 " deg, inside max_angle_deg; it must leave at least 0.05");
+  }
   return {};
 }
 
@@ -87,7 +96,7 @@ Status RigParameters::validate() const {
     if (const Status s = model_problem(lens); !s.ok()) return bad(s.message());
     const Quat& q = lens.pose_cv.rotation;
     if (!(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w) > 1e-9)) return bad("pose has no rotation");
-    if (const Status s = photometry_problem(lens.photometry); !s.ok()) return bad(s.message());
+    if (const Status s = photometry_problem(lens.photometry, lens.max_angle_rad); !s.ok()) return bad(s.message());
   }
   return {};
 }
@@ -128,7 +137,7 @@ RigParameters rig_from(const v1::RigCalibration& m) {
     PhotometricCalibration& out = lens.photometry;
     out.response.kind = static_cast<ResponseCurve::Kind>(p.response().kind());
     out.response.inverse.assign(p.response().inverse().begin(), p.response().inverse().end());
-    if (p.response().gamma() != 0) out.response.gamma = p.response().gamma();
+    if (out.response.kind == ResponseCurve::Kind::gamma) out.response.gamma = p.response().gamma();
     out.black_level = p.black_level();
     for (int i = 0; i < std::min(3, p.vignetting_size()); ++i)
       out.vignetting[static_cast<std::size_t>(i)] = p.vignetting(i);

@@ -71,6 +71,11 @@ TEST(Calibration, ThatIsImpossibleIsRefusedByLensAndField) {
   EXPECT_NE(refusal(lens + "kannala_brandt { fx: 100 fy: 100 } photometry { response { kind: TABLE inverse: [0, 0.5, 0.4] } } }")
                 .find("must rise"),
             std::string::npos);
+  const std::string good = lens + "kannala_brandt { fx: 100 fy: 100 } photometry { ";
+  EXPECT_NE(refusal(good + "vignetting: -1 } }").find("vignetting"), std::string::npos);
+  EXPECT_NE(refusal(good + "response { kind: TABLE inverse: [0.1, 0.9] } } }").find("to 1"), std::string::npos);
+  EXPECT_NE(refusal(good + "response { kind: TABLE inverse: [-1, 1] } } }").find("from 0"), std::string::npos);
+  EXPECT_NE(refusal(good + "response { kind: GAMMA } } }").find("gamma"), std::string::npos);
   EXPECT_NE(refusal(lens + "kannala_brandt { fx: 100 fy: 100 } pose { tx: 1 } }").find("rotation"), std::string::npos);
 }
 

@@ -63,6 +63,8 @@ void CellGrid::finish() {
     gram.selfadjointView<Eigen::Lower>().rankUpdate(y, solid_angle_[cell]);
   }
   const Matrix full = gram.selfadjointView<Eigen::Lower>();
+  unevenness_ = (full - Matrix::Identity()).cwiseAbs().maxCoeff();
+  if (!(unevenness_ < kSoundFit)) return;
   const Matrix inverse = full.ldlt().solve(Matrix::Identity());
   inverse_gram_.assign(inverse.data(), inverse.data() + kLow * kLow);
 }
@@ -98,12 +100,12 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
   }
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = total[k][i];
-  if (!whole_sphere_) return;
+  if (!fitted()) return;
   for (std::size_t i = 0; i < kLow; ++i) {
-    double fitted[3] = {};
+    double fit[3] = {};
     for (std::size_t j = 0; j < kLow; ++j)
-      for (std::size_t k = 0; k < 3; ++k) fitted[k] += inverse_gram_[i * kLow + j] * total[k][j];
-    for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = fitted[k];
+      for (std::size_t k = 0; k < 3; ++k) fit[k] += inverse_gram_[i * kLow + j] * total[k][j];
+    for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = fit[k];
   }
 }
 

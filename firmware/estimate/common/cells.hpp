@@ -41,13 +41,18 @@ class CellGrid {
   void reserve(std::size_t cells);
   void add_cell(std::span<const Pixel> pixels);
   /// After the last cell. Where the cells cover the whole sphere, projection is made the least-squares fit of bands 0
-  /// to 6, so that what has no higher band comes out exactly, whatever the tiling; elsewhere it stays the plain sum
-  /// with darkness where nothing was seen.
+  /// to 6, so that what has no higher band comes out exactly, whatever the tiling; elsewhere (and where the cells are
+  /// too few to tell the functions apart) it stays the plain sum with darkness where nothing was seen.
   void finish();
 
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   [[nodiscard]] double covered_sr() const { return covered_; }
   [[nodiscard]] bool whole_sphere() const { return whole_sphere_; }
+  /// How far sums over these cells are from integrals over the sphere, for products of two functions of bands 0 to 6:
+  /// the largest entry of Gram matrix less identity. Large where cells are few. 0 where the sphere is not whole.
+  [[nodiscard]] double unevenness() const { return unevenness_; }
+  /// Projection is the least-squares fit: the sphere is whole and there are enough cells to make it sound.
+  [[nodiscard]] bool fitted() const { return !inverse_gram_.empty(); }
   [[nodiscard]] float solid_angle(std::size_t cell) const { return solid_angle_[cell]; }
 
   /// `sums` has size() entries. A cell whose index is in `moved` (ascending) is taken at its own centroid instead of
@@ -64,9 +69,12 @@ class CellGrid {
   std::vector<double> inverse_gram_;  ///< sh_count(kMaxBand) squared, row by row.
   double covered_ = 0;
   bool whole_sphere_ = false;
+  double unevenness_ = 0;
 };
 
 /// A rig counts as seeing the whole sphere from this share on: the rest is a few pixels at the rim.
 inline constexpr double kWholeSphere = 0.995;
+/// Up to this unevenness the fit is sound: its condition number stays below 49 times that of the identity.
+inline constexpr double kSoundFit = 0.02;
 
 }  // namespace lightwell::estimate

@@ -62,12 +62,29 @@ CellGrid BlockLayout::make_grid(const RigTable& table) const {
 BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)
     : table_(table), layout_(layout), row_(widest(table)) {
   const auto n = static_cast<std::size_t>(widest(table));
-  r_.resize(n), g_.resize(n), b_.resize(n), peak_.resize(n);
+  r_.resize(n), g_.resize(n), b_.resize(n), peak_.resize(n), low_.resize(n);
+  for (std::size_t block = 0; block < layout.size(); ++block) {
+    const BlockLayout::Place p = layout.place(block);
+    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
+    double sr = 0, sum_x = 0, sum_y = 0;
+    for (int y = 0; y < p.height; ++y) {
+      for (int x = 0; x < p.width; ++x) {
+        const double a = lens.solid_angle[static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) +
+                                          static_cast<std::size_t>(p.x + x)];
+        sr += a;
+        sum_x += a * x;
+        sum_y += a * y;
+      }
+    }
+    middle_x_.push_back(sr > 0 ? static_cast<float>(sum_x / sr) : 0);
+    middle_y_.push_back(sr > 0 ? static_cast<float>(sum_y / sr) : 0);
+  }
 }
 
 void BlockPass::run(RowReader& reader, BlockSums& out) {
   out.clipped_sr = 0;
   out.noise = 0;
+  out.bias = 0;
   out.counts = {};
   const int edge = layout_.edge();
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
@@ -75,7 +92,7 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
     const auto width = static_cast<std::size_t>(table.width);
     for (int top = 0; top < table.height; top += edge) {
       const int bottom = std::min(top + edge, table.height);
-      for (auto* column : {&r_, &g_, &b_, &peak_}) std::fill_n(column->begin(), width, 0.0F);
+      for (auto* column : {&r_, &g_, &b_, &peak_, &low_}) std::fill_n(column->begin(), width, 0.0F);
       double noise = 0;
       for (int y = top; y < bottom; ++y) {
         const RowSpan span = table.rows[static_cast<std::size_t>(y)];
@@ -90,36 +107,46 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
         float* __restrict sum_g = g_.data() + first;
         float* __restrict sum_b = b_.data() + first;
         float* __restrict peak = peak_.data() + first;
+        float* __restrict low = low_.data() + first;
+        const auto depth = static_cast<float>(y - top);
         for (std::size_t i = 0; i < n; ++i) {
           sum_r[i] += r[i] * sr[i];
           sum_g[i] += g[i] * sr[i];
           sum_b[i] += b[i] * sr[i];
           const float luminance = 0.2126F * r[i] + 0.7152F * g[i] + 0.0722F * b[i];
+          low[i] += depth * luminance * sr[i];
           const float seen = sr[i] > 0 ? luminance : 0.0F;
           peak[i] = peak[i] > seen ? peak[i] : seen;
         }
         if (row_.certain) continue;
         // Four sums apart: one alone would wait for each addition before the next.
-        float noise4[4] = {}, clipped4[4] = {};
+        float noise4[4] = {}, clipped4[4] = {}, bias4[4] = {};
         for (std::size_t i = 0; i < n; ++i) {
           noise4[i % 4] += sr[i] * sr[i] * row_.variance[i];
           clipped4[i % 4] += row_.clipped[i] != 0 ? sr[i] : 0.0F;
+          bias4[i % 4] += sr[i] * row_.bias[i];
         }
         noise += noise4[0] + noise4[1] + noise4[2] + noise4[3];
         out.clipped_sr += clipped4[0] + clipped4[1] + clipped4[2] + clipped4[3];
+        out.bias += bias4[0] + bias4[1] + bias4[2] + bias4[3];
       }
       out.noise += noise;
       std::size_t block = layout_.block_of(lens, 0, top);
       for (std::size_t x = 0; x < width; x += static_cast<std::size_t>(edge), ++block) {
         const std::size_t end = std::min(x + static_cast<std::size_t>(edge), width);
         CellSum s;
-        float peak = 0;
+        float peak = 0, across = 0, down = 0;
         for (std::size_t i = x; i < end; ++i) {
           s.r += r_[i];
           s.g += g_[i];
           s.b += b_[i];
           peak = std::max(peak, peak_[i]);
+          across += static_cast<float>(i - x) * (0.2126F * r_[i] + 0.7152F * g_[i] + 0.0722F * b_[i]);
+          down += low_[i];
         }
+        const float luminance = s.luminance();
+        out.offset_x[block] = luminance > 0 ? across / luminance - middle_x_[block] : 0;
+        out.offset_y[block] = luminance > 0 ? down / luminance - middle_y_[block] : 0;
         out.sum[block] = s;
         out.peak[block] = peak;
       }

@@ -46,9 +46,12 @@ struct BlockSums {
   std::vector<float> peak;          ///< Largest luminance of a pixel with solid angle.
   double clipped_sr = 0;            ///< Solid angle saturated in every exposure.
   double noise = 0;                 ///< Sum of solid_angle² times the variance of radiance.
+  double bias = 0;                  ///< Sum of solid_angle times what rounding and black may hide, all one way.
+  /// Where the luminance of each block sits, in pixels from the middle of its solid angle.
+  std::vector<float> offset_x, offset_y;
   ReadingCounts counts;
 
-  explicit BlockSums(std::size_t blocks) : sum(blocks), peak(blocks) {}
+  explicit BlockSums(std::size_t blocks) : sum(blocks), peak(blocks), offset_x(blocks), offset_y(blocks) {}
 };
 
 /// Runs the pass, with row buffers of its own.
@@ -61,7 +64,9 @@ class BlockPass {
   const RigTable& table_;
   const BlockLayout& layout_;
   LinearRow row_;
-  std::vector<float> r_, g_, b_, peak_;  ///< Per column, over the rows of one row of blocks.
+  std::vector<float> r_, g_, b_, peak_, low_;  ///< Per column, over the rows of one row of blocks.
+  /// Middle of each block's solid angle, in pixels from the block's corner.
+  std::vector<float> middle_x_, middle_y_;
 };
 
 }  // namespace lightwell::estimate

@@ -25,15 +25,21 @@ constexpr double kBlockRad = 1.6 * std::numbers::pi / 180;
 /// Relative error of the irradiance of a smooth sphere through pixels and blocks of finite size; measured on the eight
 /// panoramas, see estimate/README.md.
 constexpr double kSmoothSampling = 1e-3;
+/// What pixels themselves cost: edges of what is bright fall anywhere within them. Relative error per square radian.
+constexpr double kPixelSampling = 0.5;
 
-/// The power of two nearest to kBlockRad in pixels of this rig.
-int default_edge(const RigTable& table) {
+/// Side of a pixel of mean solid angle, rad.
+double pixel_side(const RigTable& table) {
   double pixels = 0;
   for (const LensTable& lens : table.lenses)
     for (const float sr : lens.solid_angle) pixels += sr > 0 ? 1 : 0;
-  const double pixel_rad = std::sqrt(table.covered_sr / std::max(1.0, pixels));
-  const double exponent = std::round(std::log2(std::max(1.0, kBlockRad / pixel_rad)));
-  return 1 << static_cast<int>(std::clamp(exponent, 1.0, 6.0));
+  return std::sqrt(table.covered_sr / std::max(1.0, pixels));
+}
+
+/// The power of two nearest to kBlockRad in pixels of this rig.
+int default_edge(const RigTable& table) {
+  const double exponent = std::round(std::log2(std::max(1.0, kBlockRad / pixel_side(table))));
+  return 1 << static_cast<int>(std::clamp(exponent, 0.0, 6.0));
 }
 
 /// What three deviations of the lights' directions do to the irradiance. Moving a light by delta changes the irradiance
@@ -63,6 +69,7 @@ class PanoramaEstimator final : public Estimator {
         sums_(layout_.size()),
         finder_(table_, layout_),
         config_(options.config),
+        pixel_rad_(pixel_side(table_)),
         probe_id_(options.probe_id),
         calibration_id_(calibration_identity(rig)) {
     if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
@@ -83,6 +90,7 @@ class PanoramaEstimator final : public Estimator {
 
  private:
   void judge(const Decomposition& parts, Descriptor& out) const;
+  [[nodiscard]] double unevenly_filled() const;
 
   RigParameters rig_;
   RigTable table_;
@@ -95,6 +103,7 @@ class PanoramaEstimator final : public Estimator {
   LightTracker tracker_;
   EstimatorConfig config_;
   RadianceScale scale_;
+  double pixel_rad_;
   std::uint32_t probe_id_, calibration_id_;
   Projection projection_;
   std::vector<CellGrid::Moved> moved_;
@@ -137,6 +146,23 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   return {};
 }
 
+/// Luminance times the angle by which it sits beside the middle of its block, summed over the blocks that were taken as
+/// evenly filled. Moving energy by an angle changes the irradiance by no more than misplaced() says, whichever way
+/// it goes: a sum of amounts bounds the amount of the sum.
+double PanoramaEstimator::unevenly_filled() const {
+  double sum = 0;
+  std::size_t next = 0;
+  for (std::size_t block = 0; block < sums_.sum.size(); ++block) {
+    if (next < moved_.size() && moved_[next].cell == block) {
+      ++next;
+      continue;
+    }
+    const double luminance = sums_.sum[block].luminance();
+    if (luminance > 0) sum += luminance * std::hypot(sums_.offset_x[block], sums_.offset_y[block]);
+  }
+  return sum * pixel_rad_ * scale_.factor;
+}
+
 void PanoramaEstimator::judge(const Decomposition& parts, Descriptor& out) const {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   out.flags = {};
@@ -151,17 +177,21 @@ void PanoramaEstimator::judge(const Decomposition& parts, Descriptor& out) const
     return;
   }
   // Independent noise of pixels reaches the irradiance through the mean square of a clipped cosine, 1/6.
-  const double noise = std::sqrt(sums_.noise / 6) * scale_.factor / rms;
+  const double spread = std::sqrt(sums_.noise / 6) * scale_.factor / rms;
+  // A radiance that is hidden everywhere alike is a quarter of its integral in irradiance.
+  const double noise = 3 * spread + sums_.bias / 4 * scale_.factor / rms;
   const double truncation = relative(parts.truncation, parts.whole);
-  const double sampling = kSmoothSampling + relative(misplaced(out.lights), parts.whole);
+  const double sampling = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
+                          (grid_.fitted() ? 0 : grid_.unevenness()) + unevenly_filled() / std::sqrt(6.0) / rms +
+                          relative(misplaced(out.lights), parts.whole);
   const double quantization = wire_error(out, rms);
   out.bound.truncation = static_cast<float>(truncation);
   out.bound.sampling = static_cast<float>(sampling);
   out.bound.noise = static_cast<float>(noise);
   out.bound.quantization = static_cast<float>(quantization);
-  // Truncation and sampling have causes in the same scene and may add up; noise is three deviations.
+  // The parts may have causes in the same scene: they add up.
   const bool unbounded = out.flags.has(Flag::unseen) || out.flags.has(Flag::clipped);
-  out.bound.total = static_cast<float>(unbounded ? kInfinite : truncation + sampling + 3 * noise + quantization);
+  out.bound.total = static_cast<float>(unbounded ? kInfinite : truncation + sampling + noise + quantization);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ Status misfit(const std::string& what) { return {StatusCode::invalid_argument, "
 
 LinearRow::LinearRow(int width) {
   const auto n = static_cast<std::size_t>(width);
-  r.resize(n), g.resize(n), b.resize(n), variance.resize(n), clipped.resize(n);
+  r.resize(n), g.resize(n), b.resize(n), variance.resize(n), bias.resize(n), clipped.resize(n);
 }
 
 RowReader::CodeTable::CodeTable(const PhotometricCalibration& photometry, int levels, float values_per_step)
@@ -170,6 +170,14 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
   }
 }
 
+float RowReader::hidden(float x, float step, float read_noise) {
+  // Rounding errors cancel over many pixels once values spread over several codes, or noise spreads them; below, all
+  // pixels may be off by the same half step. Noise that is cut off at zero adds up to 0.4 deviations.
+  const float rounding = x < 4 * step && read_noise < step ? 0.5F * step : 0;
+  const float cut = x < 2 * read_noise ? 0.4F * read_noise : 0;
+  return rounding + cut;
+}
+
 int RowReader::pixels_per_color() const {
   switch (exposures_[0].view[0].format) {
     case PixelFormat::rgb8:
@@ -195,6 +203,9 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
                              static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
   const auto noise = [&](double v) { return radiance_already ? 0.0F : static_cast<float>(v); };
   const float read2 = noise(photometry.read_noise * photometry.read_noise), shot = noise(photometry.shot_noise);
+  // With a black level the noise below black is kept, and cancels.
+  const float cut_noise =
+      photometry.black_level < 2 * photometry.read_noise ? noise(photometry.read_noise) : 0.0F;
   float white[3];
   for (std::size_t c = 0; c < 3; ++c)
     white[c] = radiance_already ? 1.0F : static_cast<float>(photometry.white_balance[c]);
@@ -231,11 +242,13 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
     for (std::size_t i = 0; i < n; ++i) {
       const float v = read2 + shot * (green[i] > 0 ? green[i] : 0) + step[i] * step[i] * (1.0F / 12);
       variance[i] = v * (k * brighten[i]) * (k * brighten[i]);
+      out.bias[i] = hidden(green[i], step[i], cut_noise) * k * brighten[i];
     }
     std::copy_n(saturated_.begin(), n, out.clipped.begin());
   } else {
     for (int c = 0; c < 3; ++c) std::fill_n(radiance[c], n, 0.0F);
     std::fill_n(weight_.begin(), n, 0.0F);
+    std::fill_n(out.bias.begin(), n, 0.0F);
     std::fill_n(out.clipped.begin(), n, std::uint8_t{1});
     for (std::size_t k = 0; k < exposure_count_; ++k) {
       const Exposure& e = exposures_[k];
@@ -256,12 +269,14 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
         const float v = read2 + shot * std::max(0.0F, x_[1][i]) + step_[i] * step_[i] * (1.0F / 12) + 1e-12F;
         const float w = 1 / (v * scale * scale);
         weight_[i] += w;
+        out.bias[i] += w * hidden(x_[1][i], step_[i], cut_noise) * scale;
         for (int c = 0; c < 3; ++c) radiance[c][i] += w * x_[c][i] * scale;
       }
     }
     for (std::size_t i = 0; i < n; ++i) {
       const float normal = out.clipped[i] != 0 ? 1 : 1 / weight_[i];
       out.variance[i] = out.clipped[i] != 0 ? 0 : normal * brighten[i] * brighten[i];
+      out.bias[i] *= normal * brighten[i];
       for (int c = 0; c < 3; ++c) radiance[c][i] *= normal * white[c] * brighten[i];
     }
   }
@@ -275,6 +290,7 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
   if (bad == 0) return;
   if (out.certain) {
     std::fill_n(out.variance.begin(), n, 0.0F);
+    std::fill_n(out.bias.begin(), n, 0.0F);
     std::fill_n(out.clipped.begin(), n, std::uint8_t{0});
     out.certain = false;
   }

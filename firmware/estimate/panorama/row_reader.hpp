@@ -17,8 +17,9 @@ namespace lightwell::estimate {
 struct LinearRow {
   std::vector<float> r, g, b;    ///< Radiance in units of (linear value / (exposure_s * gain * vignetting)).
   std::vector<float> variance;   ///< Of the radiance, luminance-like: one number for the three channels.
+  std::vector<float> bias;       ///< Near black, what rounding to codes and cutting off noise may hide, all one way.
   std::vector<std::uint8_t> clipped;  ///< 1 where every exposure was saturated: the radiance is at least this.
-  bool certain = false;  ///< No variance and nothing clipped: the two above are all zero and need no look.
+  bool certain = false;  ///< No variance, no bias, nothing clipped: the three above are all zero and need no look.
 
   explicit LinearRow(int width);
 };
@@ -71,6 +72,9 @@ class RowReader {
   // One exposure's linear values, 0 to 1, the size of a value's step and whether it is saturated.
   std::vector<float> x_[3], step_;
   std::vector<std::uint8_t> saturated_;
+  /// How much of a linear value near black may be missing or too much for every pixel alike.
+  [[nodiscard]] static float hidden(float x, float step, float read_noise);
+
   std::vector<float> weight_, ones_;
 };
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
 #include <lightwell/codec.hpp>
 #include <random>
 
@@ -152,6 +153,45 @@ TEST(Extremes, OddAndTinySizesWork) {
   RigParameters one;
   one.lenses.push_back({1, 1, EquirectangularParameters{}, 3.14159265, {upright_lens_cv(), {}}, {}});
   expect_sane(estimated(one, [](Vec3d) { return Radiance{1, 1, 1}; }));
+}
+
+TEST(Extremes, PicturesOfAFewPixelsAreRightWithinTheirWideBound) {
+  for (const int width : {16, 24, 32, 48}) {
+    const Descriptor d = estimated(rig_of("equirect", width, width / 2), [](Vec3d p) {
+      return Radiance{p.y > 0 ? 2.0F : 1.0F, 1, 1};
+    });
+    const double error = error_of(d, [](Vec3d n) {
+      // A hemisphere of one at an angle: pi (1 + cos) / 2.
+      const auto pi = std::numbers::pi_v<float>;
+      return Irradiance{pi + pi * (1 + static_cast<float>(n.y)) / 2, pi, pi};
+    });
+    EXPECT_LE(error, d.bound.total) << width;
+    EXPECT_LT(error, 0.1) << width;
+  }
+}
+
+TEST(Extremes, LinesFinerThanABlockAreCountedInTheBound) {
+  for (int row = 84; row < 88; ++row) {
+    for (const bool along : {true, false}) {
+      const auto r = rig_of("equirect", 512, 256);
+      Picture p = picture_of(r, [](Vec3d) { return Radiance{0.1F, 0.1F, 0.1F}; });
+      for (std::size_t i = 0; i < (along ? 512U : 256U); ++i)
+        for (std::size_t k = 0; k < 6; ++k) {
+          const auto j = static_cast<std::size_t>(row);
+          (along ? p.pixels[0][3 * ((j + k / 3) * 512 + i) + k % 3] : p.pixels[0][3 * (i * 512 + j) + k]) = 6;
+        }
+      const Descriptor d = estimated(*estimator_of(r), p);
+      std::vector<reference::Rgb> got;
+      const auto normals = reference::fibonacci_normals(2048);
+      for (const reference::V3& n : normals) {
+        const Irradiance e = irradiance_at(d, vec_cast<float>(Vec3d{n.x, n.y, n.z}));
+        got.push_back({e.r, e.g, e.b});
+      }
+      const reference::Panorama world{512, 256, {p.pixels[0].begin(), p.pixels[0].end()}};
+      const auto error = reference::irradiance_error(reference::irradiance_at(world, normals), got);
+      EXPECT_LE(std::max(error.rms, error.luminance_weighted), d.bound.total) << row << " " << along;
+    }
+  }
 }
 
 TEST(Extremes, RandomPicturesNeverGiveNan) {

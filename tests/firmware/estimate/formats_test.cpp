@@ -96,6 +96,16 @@ TEST_P(Formats, ALongExposureAloneIsFlaggedClippedAndNotTooBright) {
   EXPECT_LT(d.saturated, 0.1F);
 }
 
+TEST_P(Formats, AnExposureTooShortSaysSoInItsBound) {
+  const RigParameters rig = rig_of("pair", 320, 240, GetParam());
+  for (const double exposure : {1e-5, 3e-6, 1e-6}) {
+    const Exposed e = expose(rig, GetParam(), {exposure});
+    Descriptor d;
+    ASSERT_TRUE(estimator_of(rig)->estimate(e.frames, d).ok());
+    EXPECT_LE(error_against(true_irradiance(), d), d.bound.total) << exposure;
+  }
+}
+
 TEST_P(Formats, AllSaturatedIsFlaggedAndABoundFromBelow) {
   const RigParameters rig = rig_of("pair", 320, 240, GetParam());
   const Exposed e = expose(rig, GetParam(), {1.0});

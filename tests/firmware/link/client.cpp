@@ -34,6 +34,10 @@ std::string host_port(const Link& link) { return link.address().substr(std::strl
 std::shared_ptr<grpc::Channel> connect(const Link& link) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  // As the SDK: no more than this is taken for a client that does not read. gRPC's default is 16
+  // MiB.
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 8192);
   return grpc::CreateCustomChannel(host_port(link), grpc::InsecureChannelCredentials(), arguments);
 }
 

@@ -26,12 +26,13 @@ class GrpcClientsTest : public GrpcLinkTest {
       ASSERT_EQ(reader.next(), text_of(sent)) << "waited for message " << number_ - 1;
     }
   }
-  /// Until the link has left out a message for somebody; that was not `reader`.
+  /// Until the link has left out some messages for somebody; that was not `reader`. Some, because
+  /// a busy machine can make it leave out one for anybody.
   void publish_until_coalesced(RawStream& reader) {
     const std::uint64_t before = link_->counters().coalesced;
-    for (int i = 0; i < 2000 && link_->counters().coalesced == before; ++i)
+    for (int i = 0; i < 500 && link_->counters().coalesced < before + 10; ++i)
       ASSERT_NO_FATAL_FAILURE(reaches(reader, 1, kLarge));
-    ASSERT_GT(link_->counters().coalesced, before) << "2000 large messages were taken unread";
+    ASSERT_GE(link_->counters().coalesced, before + 10) << "500 large messages were taken unread";
   }
   int number_ = 0;
 };
@@ -42,9 +43,7 @@ TEST_F(GrpcClientsTest, AClientThatDoesNotReadIsCoalescedAndTheOthersGetAll) {
   ASSERT_NO_FATAL_FAILURE(publish_until_coalesced(reader));
   const std::uint64_t coalesced = link_->counters().coalesced;
   ASSERT_NO_FATAL_FAILURE(reaches(reader, 50));
-  // One for one, unless gRPC takes a few more ahead for the sleeper.
-  EXPECT_GT(link_->counters().coalesced, coalesced);
-  EXPECT_LE(link_->counters().coalesced, coalesced + 50) << "the reader got all of its own";
+  EXPECT_EQ(link_->counters().coalesced, coalesced + 50) << "the sleeper's, one for one";
 }
 
 TEST_F(GrpcClientsTest, AClientThatWakesUpFindsTheNewest) {
