@@ -8,6 +8,10 @@ void BracketSlot::push(Frame frame) {
   Bracket replaced, spoiled;  // Given back after the lock: a backend's release() is not ours to hold locks over.
   {
     const std::lock_guard lock(mutex_);
+    // A camera that starts anew may count anew: only a jump forward is a loss.
+    if (counts_.frames > 0 && frame.info.sequence > last_sequence_ + 1)
+      counts_.lost += frame.info.sequence - last_sequence_ - 1;
+    last_sequence_ = frame.info.sequence;
     ++counts_.frames;
     if (closed_) return;
     const int index = frame.info.bracket_index, size = frame.info.bracket_size;

@@ -51,7 +51,7 @@ class BracketSlot final : public FrameSink {
   void close();
 
   struct Counts {
-    std::uint64_t frames = 0, dropped = 0, incomplete = 0;
+    std::uint64_t frames = 0, lost = 0, dropped = 0, incomplete = 0;
   };
   [[nodiscard]] Counts counts() const;
 
@@ -63,6 +63,7 @@ class BracketSlot final : public FrameSink {
   std::condition_variable ready_;
   Bracket filling_, whole_;
   Counts counts_;
+  std::uint64_t last_sequence_ = 0;
   std::optional<std::uint64_t> last_incomplete_;
   bool closed_ = false;
 };

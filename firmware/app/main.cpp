@@ -22,7 +22,7 @@ struct Size {
 std::istream& operator>>(std::istream& in, Size& size) {
   char times = 0;
   in >> size.width >> times >> size.height;
-  if (times != 'x') in.setstate(std::ios::failbit);
+  if (times != 'x' || size.width <= 0 || size.height <= 0) in.setstate(std::ios::failbit);
   return in;
 }
 
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
   app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
   app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
-  app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]");
+  app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]")->check(CLI::NonNegativeNumber);
   app.add_option("--exposure-s", exposures, "Exposure in seconds; several make a bracket")->allow_extra_args(false);
   app.add_option("--listen", listen, "Address of the gRPC link, HOST:PORT; port 0 takes any [127.0.0.1:7420]");
   app.add_option("--record", record, "Record frames with metadata to this file");

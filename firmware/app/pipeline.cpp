@@ -74,6 +74,7 @@ StatusSnapshot Pipeline::status() const {
   const BracketSlot::Counts slot = slot_.counts();
   const LinkCounters links = publisher_.counters();
   s.counters.frames = slot.frames;
+  s.counters.frames_lost = slot.lost;
   s.counters.captures_dropped = slot.dropped;
   s.counters.brackets_incomplete = slot.incomplete;
   s.counters.estimates = estimates_.load(std::memory_order_acquire);

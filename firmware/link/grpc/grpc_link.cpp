@@ -104,6 +104,7 @@ class Service final : public Base {
     c.set_clients(s.counters.clients);
     c.set_frames_recorded(s.counters.frames_recorded);
     c.set_recording_faults(s.counters.recording_faults);
+    c.set_frames_lost(s.counters.frames_lost);
     // Last, so that what came before does not sit between the clock and the wire.
     response->set_clock_now_ns(static_cast<std::uint64_t>(monotonic_now_ns()));
     return finished(context, {});

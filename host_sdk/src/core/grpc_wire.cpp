@@ -77,7 +77,8 @@ ProbeInfo info_of(const v1::InfoResponse& response) {
                    .descriptors_coalesced = counters.descriptors_coalesced(),
                    .clients = counters.clients(),
                    .frames_recorded = counters.frames_recorded(),
-                   .recording_faults = counters.recording_faults()};
+                   .recording_faults = counters.recording_faults(),
+                   .frames_lost = counters.frames_lost()};
   return info;
 }
 

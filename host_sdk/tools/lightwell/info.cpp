@@ -28,7 +28,8 @@ std::string json_of(const ProbeInfo& info) {
       .number("descriptors_coalesced", count(counters.descriptors_coalesced))
       .number("clients", counters.clients)
       .number("frames_recorded", count(counters.frames_recorded))
-      .number("recording_faults", count(counters.recording_faults));
+      .number("recording_faults", count(counters.recording_faults))
+      .number("frames_lost", count(counters.frames_lost));
   return line.str();
 }
 
@@ -49,8 +50,8 @@ int run_info(const InfoOptions& options) {
   std::printf("camera       %s, calibration %08x\n", info.camera.c_str(), info.calibration_id);
   std::printf("clock        %.3f ms ahead of this host's, +-%.3f ms\n",
               info.clock_offset.milliseconds(), info.clock_uncertainty.milliseconds());
-  std::printf("frames       %llu, captures dropped %llu, brackets incomplete %llu\n",
-              wide(counters.frames), wide(counters.captures_dropped),
+  std::printf("frames       %llu, lost %llu, captures dropped %llu, brackets incomplete %llu\n",
+              wide(counters.frames), wide(counters.frames_lost), wide(counters.captures_dropped),
               wide(counters.brackets_incomplete));
   std::printf("estimates    %llu, failed %llu\n", wide(counters.estimates),
               wide(counters.estimates_failed));

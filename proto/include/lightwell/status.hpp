@@ -20,6 +20,7 @@ struct Counters {
   std::uint32_t clients = 0;
   std::uint64_t frames_recorded = 0;
   std::uint64_t recording_faults = 0;
+  std::uint64_t frames_lost = 0;
 };
 
 struct StatusSnapshot {

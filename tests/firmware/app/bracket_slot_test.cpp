@@ -56,6 +56,16 @@ TEST_F(BracketSlotTest, TheNewestWinsAndTheOthersAreCountedAndGivenBack) {
   EXPECT_EQ(slot_.counts().dropped, 2U);
 }
 
+TEST_F(BracketSlotTest, FramesThatTheCameraLostAreCounted) {
+  push(5);
+  EXPECT_EQ(slot_.counts().lost, 0U) << "the first number is any";
+  push(6);
+  push(10);
+  EXPECT_EQ(slot_.counts().lost, 3U);
+  push(1);
+  EXPECT_EQ(slot_.counts().lost, 3U) << "a camera that starts anew has lost nothing that is known";
+}
+
 TEST_F(BracketSlotTest, ExposuresAreCollectedInOrder) {
   for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(3 + i), i, 3);
   EXPECT_THAT(take(), ElementsAre(3, 4, 5));
