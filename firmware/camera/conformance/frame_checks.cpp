@@ -19,21 +19,6 @@ std::vector<Seen> frames_of(const BackendUnderTest& camera, Violations& violatio
 
 bool positive(double v) { return v > 0 && std::isfinite(v); }
 
-std::size_t alignment(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::rgb_f32:
-      return alignof(float);
-    case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12:
-      return alignof(std::uint16_t);
-    case PixelFormat::rgb8:
-    case PixelFormat::nv12:
-    case PixelFormat::yuyv:
-      return 1;
-  }
-  return 1;
-}
-
 /// Too short data, rows that overlap, words that are not aligned: an estimator would read wild
 /// memory.
 void check_layout(const View& view, const std::string& name, Violations& violations) {
@@ -41,7 +26,7 @@ void check_layout(const View& view, const std::string& name, Violations& violati
     violations.push_back(name + ": the stride is shorter than a row");
   if (view.data.size() < picture_bytes(view.format, view.stride, view.height))
     violations.push_back(name + ": the data are shorter than the picture");
-  const std::size_t words = alignment(view.format);
+  const std::size_t words = pixel_alignment(view.format);
   if (view.stride % words != 0 || reinterpret_cast<std::uintptr_t>(view.data.data()) % words != 0)
     violations.push_back(name + ": rows are not aligned to their numbers");
 }

@@ -41,6 +41,19 @@ inline constexpr std::array kPixelFormats = {PixelFormat::rgb8,         PixelFor
   return std::nullopt;
 }
 
+/// Bytes by which rows and pictures must be aligned, so that their words can be read as words.
+[[nodiscard]] constexpr std::size_t pixel_alignment(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::rgb8:
+    case PixelFormat::nv12:
+    case PixelFormat::yuyv: return 1;
+    case PixelFormat::bayer_rggb10:
+    case PixelFormat::bayer_rggb12: return alignof(std::uint16_t);
+    case PixelFormat::rgb_f32: return alignof(float);
+  }
+  return 1;
+}
+
 /// Bytes from one row to the next where nothing is padded.
 [[nodiscard]] constexpr std::size_t packed_stride(PixelFormat format, int width) {
   const auto w = static_cast<std::size_t>(width);

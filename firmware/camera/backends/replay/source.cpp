@@ -25,21 +25,6 @@ bool size_fits(PixelFormat format, int width, int height) {
   return false;
 }
 
-std::size_t alignment(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::rgb_f32:
-      return alignof(float);
-    case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12:
-      return alignof(std::uint16_t);
-    case PixelFormat::rgb8:
-    case PixelFormat::nv12:
-    case PixelFormat::yuyv:
-      return 1;
-  }
-  return 1;
-}
-
 }  // namespace
 
 bool can_be_shown(const StoredFrame& frame, const CameraInfo& info) {
@@ -59,7 +44,7 @@ bool can_be_shown(const StoredFrame& frame, const CameraInfo& info) {
     if (view.width != info.width || view.height != info.height || view.format != info.format ||
         !size_fits(view.format, view.width, view.height))
       return false;
-    if (view.stride % alignment(view.format) != 0 ||
+    if (view.stride % pixel_alignment(view.format) != 0 ||
         view.stride < packed_stride(view.format, view.width) ||
         view.data.size() < picture_bytes(view.format, view.stride, view.height))
       return false;
