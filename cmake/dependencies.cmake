@@ -36,6 +36,14 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(OpenCV libopencv-dev COMPONENTS core imgproc imgcodecs)
   lightwell_find(Eigen3 libeigen3-dev CONFIG)
   lightwell_find(CLI11 libcli11-dev CONFIG)
+  pkg_check_modules(LIBHWY QUIET IMPORTED_TARGET libhwy)
+  if(NOT LIBHWY_FOUND)
+    lightwell_missing(libhwy libhwy-dev)
+  endif()
+  # SVE's vectors have no size while compiling, so kernels could not keep them in arrays. With NEON
+  # alone, Highway calls it without asking the processor for AES, which a Raspberry Pi 4 lacks.
+  target_compile_definitions(PkgConfig::LIBHWY INTERFACE
+    "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
   pkg_check_modules(LIBSYSTEMD QUIET IMPORTED_TARGET libsystemd)
   if(NOT LIBSYSTEMD_FOUND)
     lightwell_missing(libsystemd libsystemd-dev)
