@@ -3,11 +3,14 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <lightwell/lobes.hpp>
 #include <numbers>
 #include <vector>
 
+#include "environment_codec.hpp"
 #include "lightwell/v1/descriptor.pb.h"
 #include "quantize.hpp"
 
@@ -16,6 +19,9 @@ namespace {
 
 constexpr float kDirectionScale = 8191;
 constexpr double kRadiusUnit = 1e-5;
+/// One byte as a zigzag varint: two digits of a covariance are plenty.
+constexpr std::int32_t kCovarianceLimit = 63;
+constexpr std::uint32_t kInfiniteBound = 0xFFFFFFFF;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "descriptor: " + what}; }
 
@@ -54,33 +60,75 @@ Status problem(const Descriptor& d) {
   }
   if (!share(d.coverage)) return invalid("coverage must be 0 to 1");
   if (!share(d.saturated)) return invalid("saturated must be 0 to 1");
-  for (const float v : {d.bound.total, d.bound.truncation, d.bound.sampling, d.bound.noise, d.bound.quantization})
+  for (const float v : {d.bound.total, d.bound.truncation, d.bound.sampling, d.bound.noise, d.bound.quantization,
+                        d.bound.smoothing})
     if (!(v >= 0)) return invalid("a part of the bound is negative or NaN");
+  if (to_string(d.setting) == "unknown") return invalid("setting is not known");
+  if (d.environment) return environment_problem(*d.environment);
   return {};
 }
 
-void fill_radiance(const RadianceSh& sh, v1::SphericalHarmonics& m) {
-  const int exponent = exponent_for(largest_coefficient(sh));
-  int band = 0;
-  for (int l = 1; l <= sh.band; ++l)
+/// The exponent may grow where no number has its lowest bits set: small numbers are short varints, and who rounds to
+/// coarser steps saves bytes.
+int exponent_without_zeros(int exponent, std::uint32_t all_bits) {
+  return all_bits == 0 ? 0 : exponent + std::countr_zero(all_bits);
+}
+
+int radiance_exponent(const Descriptor& d) {
+  const int finest = exponent_for(largest_coefficient(d.radiance));
+  if (!(d.radiance_step > 0) || !std::isfinite(d.radiance_step)) return finest;
+  int k = 0;
+  std::frexp(d.radiance_step, &k);  // step = f 2^k with f in [1/2, 1)
+  return std::max(finest, k - 1);
+}
+
+void fill_radiance(const Descriptor& d, v1::SphericalHarmonics& m) {
+  const RadianceSh& sh = d.radiance;
+  int exponent = radiance_exponent(d);
+  std::uint32_t bands = 1, all_bits = 0;
+  for (int l = 0; l <= sh.band; ++l)
     for (int i = l * l; i < sh_count(l); ++i)
-      for (int k = 0; k < 3; ++k)
-        if (mantissa_of(sh.c[static_cast<std::size_t>(i)][k], exponent) != 0) band = l;
-  m.set_band(static_cast<std::uint32_t>(band));
+      for (int k = 0; k < 3; ++k) {
+        const auto bits = static_cast<std::uint32_t>(std::abs(mantissa_of(sh.c[static_cast<std::size_t>(i)][k], exponent)));
+        all_bits |= bits;
+        if (bits != 0) bands |= 1U << l;
+      }
+  exponent = exponent_without_zeros(exponent, all_bits);
+  m.set_bands(bands);
   m.set_exponent(exponent);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(sh_count(band)); ++i)
-    for (int k = 0; k < 3; ++k) m.add_mantissa(mantissa_of(sh.c[i][k], exponent));
+  for (int l = 0; l <= sh.band; ++l) {
+    if ((bands >> l & 1U) == 0) continue;
+    for (int i = l * l; i < sh_count(l); ++i)
+      for (int k = 0; k < 3; ++k) m.add_mantissa(mantissa_of(sh.c[static_cast<std::size_t>(i)][k], exponent));
+  }
 }
 
 void fill_light(const Light& light, v1::Light& m) {
   for (const float v : {light.direction.x, light.direction.y, light.direction.z})
     m.add_direction(static_cast<std::int32_t>(std::nearbyint(v * kDirectionScale)));
-  const int exponent = exponent_for(largest(light.irradiance));
+  int exponent = exponent_for(largest(light.irradiance));
+  std::uint32_t all_bits = 0;
+  for (int k = 0; k < 3; ++k) all_bits |= static_cast<std::uint32_t>(std::abs(mantissa_of(light.irradiance[k], exponent)));
+  exponent = exponent_without_zeros(exponent, all_bits);
   for (int k = 0; k < 3; ++k) m.add_irradiance_mantissa(mantissa_of(light.irradiance[k], exponent));
   m.set_irradiance_exponent(exponent);
   m.set_angular_radius_e5(static_cast<std::uint32_t>(std::lround(light.angular_radius_rad / kRadiusUnit)));
-  for (const float v : light.direction_covariance) m.add_direction_covariance(v);
+  const auto& cov = light.direction_covariance;
+  if (const float most = std::max({std::abs(cov[0]), std::abs(cov[1]), std::abs(cov[2])}); most > 0) {
+    const int unit = exponent_for(most, kCovarianceLimit);
+    for (const float v : cov) m.add_covariance_mantissa(mantissa_of(v, unit));
+    m.set_covariance_exponent(unit);
+  }
   m.set_track(light.track);
+}
+
+std::uint32_t millionths(float v) {
+  const double ppm = std::ceil(v * 1e6 * (1 - 1e-7));
+  return ppm < kInfiniteBound ? static_cast<std::uint32_t>(ppm) : kInfiniteBound;
+}
+
+float of_millionths(std::uint32_t v) {
+  return v == kInfiniteBound ? std::numeric_limits<float>::infinity() : static_cast<float>(v * 1e-6);
 }
 
 std::uint32_t microseconds(Duration d) {
@@ -89,17 +137,24 @@ std::uint32_t microseconds(Duration d) {
 }
 
 Status read_radiance(const v1::SphericalHarmonics& m, RadianceSh& sh) {
-  if (m.band() > kMaxBand) return invalid("radiance.band is " + std::to_string(m.band()) + ", more than 6");
-  sh.band = static_cast<int>(m.band());
-  if (m.mantissa_size() != 3 * sh.count())
-    return invalid("radiance.mantissa has " + std::to_string(m.mantissa_size()) + " numbers, band " +
-                   std::to_string(sh.band) + " needs " + std::to_string(3 * sh.count()));
+  if (m.bands() >= 1U << (kMaxBand + 1)) return invalid("radiance.bands names a band above 6");
+  int needed = 0;
+  for (int l = 0; l <= kMaxBand; ++l)
+    if ((m.bands() >> l & 1U) != 0) needed += 3 * (2 * l + 1);
+  if (m.mantissa_size() != needed)
+    return invalid("radiance.mantissa has " + std::to_string(m.mantissa_size()) + " numbers, its bands need " +
+                   std::to_string(needed));
+  sh.band = m.bands() == 0 ? 0 : std::bit_width(m.bands()) - 1;
   // 2^100 times 8191 still is a float.
   if (m.exponent() < -150 || m.exponent() > 100) return invalid("radiance.exponent is out of range");
-  for (int i = 0; i < m.mantissa_size(); ++i) {
-    if (std::abs(static_cast<std::int64_t>(m.mantissa(i))) > kMantissaLimit)
-      return invalid("radiance.mantissa is larger than 8191");
-    sh.c[static_cast<std::size_t>(i / 3)][i % 3] = value_of(m.mantissa(i), m.exponent());
+  int next = 0;
+  for (int l = 0; l <= sh.band; ++l) {
+    if ((m.bands() >> l & 1U) == 0) continue;
+    for (int i = 3 * l * l; i < 3 * sh_count(l); ++i, ++next) {
+      if (std::abs(static_cast<std::int64_t>(m.mantissa(next))) > kMantissaLimit)
+        return invalid("radiance.mantissa is larger than 8191");
+      sh.c[static_cast<std::size_t>(i / 3)][i % 3] = value_of(m.mantissa(next), m.exponent());
+    }
   }
   return {};
 }
@@ -107,8 +162,10 @@ Status read_radiance(const v1::SphericalHarmonics& m, RadianceSh& sh) {
 Status read_light(const v1::Light& m, Light& light) {
   if (m.direction_size() != 3) return invalid("light.direction needs three numbers");
   if (m.irradiance_mantissa_size() != 3) return invalid("light.irradiance_mantissa needs three numbers");
-  if (m.direction_covariance_size() != 0 && m.direction_covariance_size() != 3)
-    return invalid("light.direction_covariance needs three numbers");
+  if (m.covariance_mantissa_size() != 0 && m.covariance_mantissa_size() != 3)
+    return invalid("light.covariance_mantissa needs three numbers, or none");
+  if (m.covariance_exponent() < -150 || m.covariance_exponent() > 100)
+    return invalid("light.covariance_exponent is out of range");
   if (m.irradiance_exponent() < -150 || m.irradiance_exponent() > 100)
     return invalid("light.irradiance_exponent is out of range");
   light.direction = normalized(Vec3f{static_cast<float>(m.direction(0)), static_cast<float>(m.direction(1)),
@@ -122,36 +179,12 @@ Status read_light(const v1::Light& m, Light& light) {
   const double radius = m.angular_radius_e5() * kRadiusUnit;
   if (radius > std::numbers::pi / 2 + 2 * kRadiusUnit) return invalid("light.angular_radius_e5 is beyond a quarter turn");
   light.angular_radius_rad = static_cast<float>(std::min(radius, std::numbers::pi / 2));
-  for (int k = 0; k < m.direction_covariance_size(); ++k) {
-    if (!std::isfinite(m.direction_covariance(k))) return invalid("light.direction_covariance is not finite");
-    light.direction_covariance[static_cast<std::size_t>(k)] = m.direction_covariance(k);
+  for (int k = 0; k < m.covariance_mantissa_size(); ++k) {
+    if (std::abs(static_cast<std::int64_t>(m.covariance_mantissa(k))) > kCovarianceLimit)
+      return invalid("light.covariance_mantissa is larger than 63");
+    light.direction_covariance[static_cast<std::size_t>(k)] = value_of(m.covariance_mantissa(k), m.covariance_exponent());
   }
   light.track = m.track();
-  return {};
-}
-
-Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
-  if (m.encoding() != v1::EnvironmentMap::RGB9E5) return invalid("environment.encoding is not known");
-  if (m.edge() != 8 && m.edge() != 16 && m.edge() != 32 && m.edge() != 64)
-    return invalid("environment.edge must be 8, 16, 32 or 64");
-  if (m.roughness_size() < 1 || m.roughness_size() > 7) return invalid("environment.roughness needs 1 to 7 levels");
-  std::size_t texels = 0;
-  for (int level = 0; level < m.roughness_size(); ++level) {
-    const std::size_t edge = m.edge() >> level;
-    if (edge < 1) return invalid("environment has more levels than its edge allows");
-    if (!share(m.roughness(level))) return invalid("environment.roughness must be 0 to 1");
-    texels += edge * edge;
-    map.roughness.push_back(m.roughness(level));
-  }
-  if (m.texels().size() != 4 * texels) return invalid("environment.texels has not the length its levels need");
-  map.edge = static_cast<int>(m.edge());
-  map.texels.resize(texels);
-  for (std::size_t i = 0; i < texels; ++i) {
-    std::uint32_t v = 0;
-    for (std::size_t k = 0; k < 4; ++k)
-      v |= static_cast<std::uint32_t>(static_cast<unsigned char>(m.texels()[4 * i + k])) << (8 * k);
-    map.texels[i] = v;
-  }
   return {};
 }
 
@@ -159,17 +192,20 @@ Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
 
 struct Encoder::State {
   v1::LightingDescriptor message;
+  /// Lent to `message` while it is written: a map that comes and goes would give its memory back each time.
+  v1::EnvironmentMap environment;
   std::vector<std::byte> bytes;
 };
 
 Encoder::Encoder() : state_(std::make_unique<State>()) {
-  // Room for the largest message without a map, so that a lamp more does not allocate.
-  state_->bytes.reserve(8192);
+  // Room for the largest message, so that neither a lamp more nor a map allocates.
+  state_->bytes.reserve(kMaxDescriptorBytes);
+  reserve_environment(state_->environment);
   for (std::size_t i = 0; i < kMaxLights; ++i) {
     v1::Light& light = *state_->message.add_lights();
     light.mutable_direction()->Reserve(3);
     light.mutable_irradiance_mantissa()->Reserve(3);
-    light.mutable_direction_covariance()->Reserve(3);
+    light.mutable_covariance_mantissa()->Reserve(3);
   }
   state_->message.mutable_radiance()->mutable_mantissa()->Reserve(3 * sh_count(kMaxBand));
   state_->message.mutable_flags()->Reserve(static_cast<int>(kFlags.size()));
@@ -187,7 +223,6 @@ Result<std::span<const std::byte>> Encoder::encode(const Descriptor& d) {
   m.mutable_radiance()->Clear();
   m.clear_lights();
   m.clear_flags();
-  if (m.has_environment()) m.clear_environment();
   m.set_wire_version(kWireVersion);
   m.set_sequence(d.sequence);
   v1::CaptureTime& time = *m.mutable_time();
@@ -196,33 +231,35 @@ Result<std::span<const std::byte>> Encoder::encode(const Descriptor& d) {
   time.set_delivered_after_us(microseconds(d.time.delivered_after));
   time.set_encoded_after_us(microseconds(d.time.encoded_after));
   m.set_units(static_cast<v1::Units>(d.units));
-  fill_radiance(d.radiance, *m.mutable_radiance());
+  fill_radiance(d, *m.mutable_radiance());
   for (const Light& light : d.lights) fill_light(light, *m.add_lights());
-  if (d.environment) {
-    v1::EnvironmentMap& map = *m.mutable_environment();
-    map.set_edge(static_cast<std::uint32_t>(d.environment->edge));
-    map.set_encoding(v1::EnvironmentMap::RGB9E5);
-    std::string& texels = *map.mutable_texels();
-    for (const std::uint32_t v : d.environment->texels)
-      for (int k = 0; k < 4; ++k) texels.push_back(static_cast<char>(v >> (8 * k) & 255U));
-    for (const float r : d.environment->roughness) map.add_roughness(r);
-  }
-  m.set_coverage(d.coverage);
+  m.set_unseen(1 - d.coverage);
   m.set_saturated(d.saturated);
   v1::ErrorBound& bound = *m.mutable_bound();
-  bound.set_total(d.bound.total);
-  bound.set_truncation(d.bound.truncation);
-  bound.set_sampling(d.bound.sampling);
-  bound.set_noise(d.bound.noise);
-  bound.set_quantization(d.bound.quantization);
+  bound.set_total(millionths(d.bound.total));
+  bound.set_truncation(millionths(d.bound.truncation));
+  bound.set_sampling(millionths(d.bound.sampling));
+  bound.set_noise(millionths(d.bound.noise));
+  bound.set_quantization(millionths(d.bound.quantization));
+  bound.set_smoothing(millionths(d.bound.smoothing));
   m.set_probe_id(d.probe_id);
   m.set_calibration_id(d.calibration_id);
   for (const Flag f : kFlags)
     if (d.flags.has(f)) m.add_flags(static_cast<v1::Flag>(f));
+  m.set_setting(static_cast<v1::Setting>(d.setting));
+  m.set_flicker(static_cast<v1::Flicker>(d.flicker));
+  if (d.environment) {
+    fill_environment(*d.environment, state_->environment);
+    m.unsafe_arena_set_allocated_environment(&state_->environment);
+  }
   const std::size_t size = m.ByteSizeLong();
-  if (size > kMaxDescriptorBytes) return invalid("larger than 64 KiB");
-  state_->bytes.resize(size);
-  m.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(state_->bytes.data()));
+  const bool fits = size <= kMaxDescriptorBytes;
+  if (fits) {
+    state_->bytes.resize(size);
+    m.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(state_->bytes.data()));
+  }
+  if (d.environment) (void)m.unsafe_arena_release_environment();
+  if (!fits) return invalid("larger than 64 KiB");
   return std::span<const std::byte>(state_->bytes);
 }
 
@@ -250,15 +287,20 @@ Result<Descriptor> decode_descriptor(std::span<const std::byte> bytes) {
     d.environment.emplace();
     if (const Status s = read_environment(m.environment(), *d.environment); !s.ok()) return s;
   }
-  d.coverage = m.coverage();
+  d.coverage = 1 - m.unseen();
   d.saturated = m.saturated();
-  d.bound = {m.bound().total(), m.bound().truncation(), m.bound().sampling(), m.bound().noise(),
-             m.bound().quantization()};
+  const v1::ErrorBound& bound = m.bound();
+  d.bound = {of_millionths(bound.total()), of_millionths(bound.truncation()),   of_millionths(bound.sampling()),
+             of_millionths(bound.noise()), of_millionths(bound.quantization()), of_millionths(bound.smoothing())};
   d.probe_id = m.probe_id();
   d.calibration_id = m.calibration_id();
   for (const int f : m.flags())
     for (const Flag known : kFlags)
       if (f == static_cast<int>(known)) d.flags.set(known);
+  for (const Setting s : kSettings)
+    if (m.setting() == static_cast<int>(s)) d.setting = s;
+  for (const Flicker f : {Flicker::none, Flicker::hz100, Flicker::hz120})
+    if (m.flicker() == static_cast<int>(f)) d.flicker = f;
   if (const Status s = problem(d); !s.ok()) return s;
   return d;
 }
@@ -285,12 +327,20 @@ Result<std::string> descriptor_from_json(std::string_view json) {
 
 double wire_error(const Descriptor& d, double rms_irradiance) {
   if (!(rms_irradiance > 0)) return 0;
-  // Half a step in every coefficient, each weighed by its lobe (Parseval); for lights half a step of irradiance, and of
-  // direction the diagonal of a cell, each times the RMS of a clipped cosine, sqrt(1/6), or of its slope, below 1/2.
-  double lobes = 0;
-  for (int l = 0; l <= d.radiance.band; ++l) lobes += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
-  double error = std::ldexp(0.5, exponent_for(largest_coefficient(d.radiance))) *
-                 std::sqrt(lobes / (4 * std::numbers::pi));
+  // What each coefficient loses, weighed by its lobe (Parseval); for lights half a step of irradiance, and of direction
+  // the diagonal of a cell, each times the RMS of a clipped cosine, sqrt(1/6), or of its slope, below 1/2.
+  const int exponent = radiance_exponent(d);
+  double squares[3] = {};
+  for (int l = 0; l <= d.radiance.band; ++l) {
+    const double lobe2 = cosine_lobe(l) * cosine_lobe(l);
+    for (int i = l * l; i < sh_count(l); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const double v = d.radiance.c[static_cast<std::size_t>(i)][k];
+        const double lost = v - std::ldexp(std::nearbyint(std::ldexp(v, -exponent)), exponent);
+        squares[k] += lobe2 * lost * lost;
+      }
+  }
+  double error = std::sqrt(std::max({squares[0], squares[1], squares[2]}) / (4 * std::numbers::pi));
   for (const Light& light : d.lights) {
     const float e = largest(light.irradiance);
     error += std::ldexp(0.5, exponent_for(e)) * std::sqrt(1.0 / 6);

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "lightwell/v1/config.pb.h"
-#include "message_values.hpp"
 #include "text_message.hpp"
 
 namespace lightwell {
@@ -17,6 +16,23 @@ Status EstimatorConfig::validate() const {
   if (!(light_threshold >= 1.5) || !std::isfinite(light_threshold))
     return {StatusCode::invalid_argument, "estimator.light_threshold is " + std::to_string(light_threshold) +
                                               "; it must be at least 1.5 times the mean"};
+  if (!(epsilon >= 0 && epsilon < 1))
+    return {StatusCode::invalid_argument,
+            "estimator.epsilon is " + std::to_string(epsilon) + "; it must be 0 to 1, 0.01 is 1 %"};
+  if (!(radiance_epsilon >= 0 && radiance_epsilon < 1))
+    return {StatusCode::invalid_argument,
+            "estimator.radiance_epsilon is " + std::to_string(radiance_epsilon) + "; it must be 0 to 1, 0.01 is 1 %"};
+  if (to_string(setting) == "unknown") return {StatusCode::invalid_argument, "estimator.setting is not known"};
+  if (unseen < UnseenFill::none || unseen > UnseenFill::average)
+    return {StatusCode::invalid_argument, "estimator.unseen is not known"};
+  if (smoothing < Smoothing::none || smoothing > Smoothing::one_euro)
+    return {StatusCode::invalid_argument, "estimator.smoothing is not known"};
+  if (environment_edge != 0 && environment_edge != 8 && environment_edge != 16 && environment_edge != 32 &&
+      environment_edge != 64)
+    return {StatusCode::invalid_argument,
+            "estimator.environment_edge is " + std::to_string(environment_edge) + "; it must be 0, 8, 16, 32 or 64"};
+  if (!(environment_rate > 0) || !std::isfinite(environment_rate))
+    return {StatusCode::invalid_argument, "estimator.environment_rate must be positive and finite"};
   return {};
 }
 
@@ -33,15 +49,49 @@ Status Config::validate() const {
   for (const double e : camera.exposure_s)
     if (!(e > 0) || !std::isfinite(e)) return bad("camera.exposure_s must be positive and finite, in seconds");
   if (!(camera.gain > 0) || !std::isfinite(camera.gain)) return bad("camera.gain must be positive and finite");
+  if (!(budget_ms >= 0) || !std::isfinite(budget_ms))
+    return bad("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
   return estimator.validate();
 }
 
-EstimatorConfig estimator_from(const v1::EstimatorConfig& m) {
-  EstimatorConfig e;
+namespace {
+
+EstimatorConfig updated(EstimatorConfig e, const v1::EstimatorConfig& m) {
   if (m.has_band()) e.band = static_cast<int>(m.band());
   if (m.has_max_lights()) e.max_lights = static_cast<int>(m.max_lights());
   if (m.has_light_threshold()) e.light_threshold = m.light_threshold();
+  if (m.has_epsilon()) e.epsilon = m.epsilon();
+  if (m.has_radiance_epsilon()) e.radiance_epsilon = m.radiance_epsilon();
+  if (m.has_setting()) e.setting = static_cast<Setting>(m.setting());
+  if (m.has_unseen()) e.unseen = static_cast<UnseenFill>(m.unseen());
+  if (m.has_smoothing()) e.smoothing = static_cast<Smoothing>(m.smoothing());
+  if (m.has_environment_edge()) e.environment_edge = static_cast<int>(m.environment_edge());
+  if (m.has_environment_rate()) e.environment_rate = m.environment_rate();
   return e;
+}
+
+}  // namespace
+
+std::string encode_config(const EstimatorConfig& e) {
+  v1::EstimatorConfig m;
+  m.set_band(static_cast<std::uint32_t>(e.band));
+  m.set_max_lights(static_cast<std::uint32_t>(e.max_lights));
+  m.set_light_threshold(e.light_threshold);
+  m.set_epsilon(e.epsilon);
+  m.set_radiance_epsilon(e.radiance_epsilon);
+  m.set_setting(static_cast<v1::Setting>(e.setting));
+  m.set_unseen(static_cast<v1::UnseenFill>(e.unseen));
+  m.set_smoothing(static_cast<v1::Smoothing>(e.smoothing));
+  m.set_environment_edge(static_cast<std::uint32_t>(e.environment_edge));
+  m.set_environment_rate(e.environment_rate);
+  return m.SerializeAsString();
+}
+
+Result<EstimatorConfig> updated_config(const EstimatorConfig& config, std::string_view message) {
+  v1::EstimatorConfig m;
+  if (!m.ParseFromArray(message.data(), static_cast<int>(message.size())))
+    return Status(StatusCode::data_loss, "estimator: not a protobuf message");
+  return updated(config, m);
 }
 
 Result<Config> parse_config(std::string_view text, const std::string& name) {
@@ -56,9 +106,10 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
   c.camera.exposure_s.assign(m.camera().exposure_s().begin(), m.camera().exposure_s().end());
   if (m.camera().gain() != 0) c.camera.gain = m.camera().gain();
   c.calibration = m.calibration();
-  c.estimator = estimator_from(m.estimator());
+  c.estimator = updated({}, m.estimator());
   if (!m.grpc().listen().empty()) c.grpc_listen = m.grpc().listen();
   c.record_path = m.record().path();
+  c.budget_ms = m.budget_ms();
   if (const Status s = c.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
   return c;
 }

@@ -2,15 +2,12 @@
 #pragma once
 
 #include <lightwell/calibration.hpp>
-#include <lightwell/config.hpp>
 #include <lightwell/result.hpp>
 
 #include "lightwell/v1/calibration.pb.h"
-#include "lightwell/v1/config.pb.h"
 
 namespace lightwell {
 
-[[nodiscard]] EstimatorConfig estimator_from(const v1::EstimatorConfig& m);
 [[nodiscard]] RigParameters rig_from(const v1::RigCalibration& m);
 [[nodiscard]] v1::RigCalibration rig_to(const RigParameters& rig);
 

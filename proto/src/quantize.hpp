@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -10,13 +11,13 @@ namespace lightwell {
 /// Magnitudes up to here take at most two bytes as a zigzag varint.
 inline constexpr std::int32_t kMantissaLimit = 8191;
 
-/// The smallest e for which |largest| / 2^e still rounds to at most kMantissaLimit; 0 for zero.
-[[nodiscard]] inline int exponent_for(float largest) {
+/// The smallest e for which |largest| / 2^e still rounds to at most `limit`, one less than a power of two; 0 for zero.
+[[nodiscard]] inline int exponent_for(float largest, std::int32_t limit = kMantissaLimit) {
   if (!(largest > 0)) return 0;
   int k = 0;
   std::frexp(largest, &k);  // largest = f 2^k with f in [1/2, 1)
-  const int e = k - 13;
-  return std::nearbyint(std::ldexp(static_cast<double>(largest), -e)) > kMantissaLimit ? e + 1 : e;
+  const int e = k - std::bit_width(static_cast<std::uint32_t>(limit));
+  return std::nearbyint(std::ldexp(static_cast<double>(largest), -e)) > limit ? e + 1 : e;
 }
 
 [[nodiscard]] inline std::int32_t mantissa_of(float value, int exponent) {

@@ -1,5 +1,6 @@
 // How a place is lit, at one moment: the immutable answer that a Probe hands out.
 //   Validity, LightsIncluded, Answer<T>   an answer, and what it is worth
+//   EnvironmentView                       the map for reflections, for engines that upload it
 //   Lighting                              irradiance, radiance and lights of one moment
 #pragma once
 
@@ -61,6 +62,16 @@ struct Answer {
   LightsIncluded lights = LightsIncluded::yes;
 };
 
+/// A prefiltered map for reflections, lights left out. What its texels, levels and exponent mean
+/// stands at EnvironmentMap; always whole here, changes are applied. An engine that looks it up
+/// adds the lights itself: a discrete light has no radiance, but a highlight.
+struct EnvironmentView {
+  const EnvironmentMap& map;  ///< Lives as long as the Lighting that gave it, or a copy of that.
+  Quat rotation;              ///< p_lighting = rotation p_map. The identity unless rotated().
+  std::uint64_t sequence;     ///< Of the descriptor that brought it: upload when this changes.
+  Duration older_by;          ///< Mid-exposure of this lighting's descriptor less that of the map's.
+};
+
 /// An immutable answer to "how is this place lit". Cheap to copy: copies share one state, and any
 /// number of threads may ask at once. It does not follow the probe: ask the Probe again for the
 /// next. Directions and normals are in the probe's frame (right-handed, +Y up, -Z forward) unless
@@ -115,7 +126,9 @@ class Lighting {
   /// sees it: the GGX-weighted mean with N = V = R = direction. Luminance in cd/m² where absolute.
   /// Roughness is clamped: above 1 to 1, from 0 to GgxLobe::kMinRoughness to that, below 0 to 0.
   /// At 0, a mirror, the discrete lights are left out (a point has no radiance) and `lights` says
-  /// so. Not clamped, as irradiance(). invalid_query for a direction that is zero, NaN or infinite
+  /// so. Where there is an environment() it comes from that (environment_radiance(), between two
+  /// levels by roughness) and from the lights as caps under the GGX lobe; without one harmonics
+  /// stand for the map, soft at low roughness and not clamped, as irradiance(). invalid_query for a direction that is zero, NaN or infinite
   /// and a roughness that is not finite. Each thread keeps the lobe of the roughness it asked last:
   /// many directions at one roughness are cheaper than many roughnesses.
   [[nodiscard]] Answer<Radiance> radiance(Vec3f direction, float perceptual_roughness) const;
@@ -123,13 +136,19 @@ class Lighting {
   /// Strongest first. Lives as long as this object or a copy of it.
   [[nodiscard]] std::span<const Light> lights() const;
 
+  /// The map for reflections that held at this moment: of this descriptor, or the newest before it
+  /// (a probe sends maps more rarely than descriptors). None where the probe sends none, where none
+  /// came yet, and where the last is older than three of the intervals at which whole ones come, or
+  /// has other units.
+  [[nodiscard]] std::optional<EnvironmentView> environment() const;
+
   /// The strongest light.
   [[nodiscard]] std::optional<Light> primary_light() const;
 
   /// The same light in a frame turned by q, p_new = q p_old: to light a world whose pose against
-  /// the probe is known, take q = rotation of T_world_probe. The environment map is left out:
-  /// turning it would mean to resample it. About 20 µs. invalid_query where q is zero or not
-  /// finite.
+  /// the probe is known, take q = rotation of T_world_probe. The environment map is not
+  /// resampled: EnvironmentView::rotation says how it is turned, and descriptor() leaves it out.
+  /// About 20 µs. invalid_query where q is zero or not finite.
   [[nodiscard]] Lighting rotated(Quat q) const;
 
   [[nodiscard]] Units units() const { return descriptor().units; }

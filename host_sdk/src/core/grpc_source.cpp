@@ -40,10 +40,8 @@ class GrpcSource final : public Source {
 
   Status set_estimator(const EstimatorConfig& config) override {
     v1::SetConfigRequest request;
-    v1::EstimatorConfig& estimator = *request.mutable_config()->mutable_estimator();
-    estimator.set_band(static_cast<std::uint32_t>(config.band));
-    estimator.set_max_lights(static_cast<std::uint32_t>(config.max_lights));
-    estimator.set_light_threshold(config.light_threshold);
+    if (!request.mutable_config()->mutable_estimator()->ParseFromString(encode_config(config)))
+      return {StatusCode::internal, "the configuration does not fit its own message"};
     v1::SetConfigResponse response;
     return tell([&](v1::ProbeService::Stub& stub, grpc::ClientContext& context) {
       return stub.SetConfig(&context, request, &response);

@@ -51,7 +51,7 @@ std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port) {
   // gRPC would let the probe send up to 16 MiB ahead of a reader that is slow: half an hour of old light at 30
   // descriptors a second. About 20 descriptors are allowed; the probe then leaves out what is old.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 8192);
+  arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 4096);
   return grpc::CreateCustomChannel("dns:///" + host_port, grpc::InsecureChannelCredentials(),
                                    arguments);
 }
@@ -78,7 +78,10 @@ ProbeInfo info_of(const v1::InfoResponse& response) {
                    .clients = counters.clients(),
                    .frames_recorded = counters.frames_recorded(),
                    .recording_faults = counters.recording_faults(),
-                   .frames_lost = counters.frames_lost()};
+                   .frames_lost = counters.frames_lost(),
+                   .setting_moves = counters.setting_moves(),
+                   .estimates_late = counters.estimates_late(),
+                   .estimates_late_at_fast = counters.estimates_late_at_fast()};
   return info;
 }
 

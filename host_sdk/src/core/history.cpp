@@ -56,6 +56,7 @@ Lighting lighting_at(const History* history, HostTime time, Duration max_age) {
   blended.mid_exposure = time;
   blended.received = nearer.received;
   blended.encoded_bytes = nearer.encoded_bytes;
+  blended.environment = nearer.environment;
   // How far the nearest measurement is: across a hole in the past the answer is a guess, and stale.
   const Duration age = std::min(into, span - into);
   const Validity validity = age > max_age ? Validity::stale : Validity::valid;

@@ -43,19 +43,22 @@ void Intake::take(std::span<const std::byte> bytes, HostTime received,
   sample->mid_exposure = host_time_of(sample->descriptor.time);
   sample->received = received;
   sample->encoded_bytes = bytes.size();
+  const bool understood = environments_.take(sample->descriptor);
+  sample->environment = environments_.map_for(sample->descriptor);
   const std::shared_ptr<const Sample> shared = std::move(sample);
   history_ = appended(history_.get(), shared, capacity_);
   store_.publish(history_);
   const HostTime stored{monotonic_now_ns()};
-  count(shared->descriptor, bytes.size());
+  count(shared->descriptor, bytes.size(), understood);
   if (on_descriptor_)
     on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
 }
 
-void Intake::count(const Descriptor& descriptor, std::size_t bytes) {
+void Intake::count(const Descriptor& descriptor, std::size_t bytes, bool map_understood) {
   const std::lock_guard lock(mutex_);
   ++stats_.received;
   stats_.bytes += bytes;
+  if (descriptor.environment) ++(map_understood ? stats_.maps : stats_.maps_without_key);
   // A sequence that does not rise is a probe that began anew: nothing is known of what is missing.
   if (newest_sequence_ && descriptor.sequence > *newest_sequence_)
     stats_.gaps += descriptor.sequence - *newest_sequence_ - 1;

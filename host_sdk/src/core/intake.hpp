@@ -13,6 +13,7 @@
 
 #include <lightwell/probe.hpp>
 
+#include "core/environment_keeper.hpp"
 #include "core/history.hpp"
 #include "core/store.hpp"
 
@@ -51,12 +52,13 @@ class Intake {
   [[nodiscard]] LinkStats stats() const;
 
  private:
-  void count(const Descriptor& descriptor, std::size_t bytes);
+  void count(const Descriptor& descriptor, std::size_t bytes, bool map_understood);
 
   const std::size_t capacity_;
   const Duration max_age_;
   const std::function<void(const Arrival&)> on_descriptor_;
 
+  EnvironmentKeeper environments_;          // the reader thread's own
   std::shared_ptr<const History> history_;  // the reader thread's own copy
   LatestStore<History> store_;
 

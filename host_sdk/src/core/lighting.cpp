@@ -56,7 +56,11 @@ Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity
     : sample_(std::move(sample)), validity_(validity), age_(age), max_age_(max_age) {}
 
 Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
-  auto sample = std::make_shared<const core::Sample>(core::sample_of(std::move(descriptor)));
+  core::Sample made = core::sample_of(std::move(descriptor));
+  core::EnvironmentKeeper keeper;
+  (void)keeper.take(made.descriptor);
+  made.environment = keeper.map_for(made.descriptor);
+  auto sample = std::make_shared<const core::Sample>(std::move(made));
   const Validity validity = age > max_age ? Validity::stale : Validity::valid;
   return {std::move(sample), validity, std::max(age, Duration{}), max_age};
 }
@@ -91,6 +95,13 @@ HostTime Lighting::mid_exposure() const { return sample_ ? sample_->mid_exposure
 HostTime Lighting::received() const { return sample_ ? sample_->received : HostTime{}; }
 
 std::span<const Light> Lighting::lights() const { return descriptor().lights; }
+
+std::optional<EnvironmentView> Lighting::environment() const {
+  if (!sample_ || !sample_->environment) return std::nullopt;
+  const core::KeptEnvironment& kept = *sample_->environment;
+  return EnvironmentView{kept.map, sample_->environment_rotation, kept.sequence,
+                         sample_->descriptor.time.mid_exposure - kept.mid_exposure};
+}
 
 std::optional<Light> Lighting::primary_light() const {
   if (lights().empty()) return std::nullopt;
@@ -131,13 +142,19 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
     return out;
   }
   const RadianceSh& sh = sample_->descriptor.radiance;
+  const core::KeptEnvironment* const kept = sample_->environment.get();
+  const auto mapped = [&](float roughness) {
+    const Vec3f in_map = rotate(sample_->environment_rotation.inverse(), d);
+    return environment_radiance(kept->map, in_map, roughness);
+  };
   if (mirror) {
-    out.value = evaluate(sh, d);
+    out.value = kept != nullptr ? mapped(0) : evaluate(sh, d);
     return out;
   }
   constexpr auto smallest = static_cast<float>(GgxLobe::kMinRoughness);
   const RoughnessLobe& rough = lobe_of(std::clamp(perceptual_roughness, smallest, 1.0F));
-  out.value = evaluate(convolved(sh, rough.band_factor), d);
+  out.value = kept != nullptr ? mapped(rough.roughness)
+                              : evaluate(convolved(sh, rough.band_factor), d);
   out.value += lights_radiance(sample_->descriptor.lights, direction, rough.lobe);
   return out;
 }
@@ -153,6 +170,7 @@ Lighting Lighting::rotated(Quat q) const {
   out.irradiance = irradiance_of(out.descriptor.radiance);
   for (Light& light : out.descriptor.lights) light = core::turned(light, turn);
   out.descriptor.environment.reset();
+  out.environment_rotation = turn * out.environment_rotation;
   return {std::make_shared<const core::Sample>(std::move(out)), validity_, age_, max_age_};
 }
 

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <utility>
 
 #include <lightwell/descriptor.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/time.hpp>
+
+#include "core/environment_keeper.hpp"
 
 namespace lightwell::core {
 
@@ -18,6 +21,9 @@ struct Sample {
   HostTime mid_exposure;
   HostTime received;
   std::size_t encoded_bytes = 0;
+  /// The map that held when this was so, whichever message brought it; null where there was none.
+  std::shared_ptr<const KeptEnvironment> environment;
+  Quat environment_rotation;  ///< Takes directions of the map into those of `descriptor`.
 };
 
 /// A sample without time or bytes, its irradiance evaluated.

@@ -63,7 +63,8 @@ std::optional<Item> Feed::next(HostTime deadline) {
     const auto wait = last_look ? 0 : std::min(kLookEvery, deadline.ns - monotonic_now_ns());
     if (changed_.wait_for(lock, std::chrono::nanoseconds(wait),
                           [this] { return !waiting_.empty(); })) {
-      Item item = std::move(waiting_.front());
+      std::optional<Item> item;
+      item.emplace(std::move(waiting_.front()));
       waiting_.pop_front();
       changed_.notify_all();
       return item;

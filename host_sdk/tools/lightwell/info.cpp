@@ -5,11 +5,12 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "json_line.hpp"
+#include "map_wait.hpp"
 
 namespace lightwell::tool {
 namespace {
 
-std::string json_of(const ProbeInfo& info) {
+std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>& environment) {
   const Counters& counters = info.counters;
   const auto count = [](std::uint64_t n) { return static_cast<double>(n); };
   JsonLine line;
@@ -29,7 +30,13 @@ std::string json_of(const ProbeInfo& info) {
       .number("clients", counters.clients)
       .number("frames_recorded", count(counters.frames_recorded))
       .number("recording_faults", count(counters.recording_faults))
-      .number("frames_lost", count(counters.frames_lost));
+      .number("frames_lost", count(counters.frames_lost))
+      .number("setting_moves", count(counters.setting_moves))
+      .number("estimates_late", count(counters.estimates_late))
+      .number("estimates_late_at_fast", count(counters.estimates_late_at_fast))
+      .number("environment_edge", environment ? environment->map.levels.front().edge : 0)
+      .number("environment_levels",
+              environment ? static_cast<double>(environment->map.levels.size()) : 0);
   return line.str();
 }
 
@@ -38,9 +45,11 @@ std::string json_of(const ProbeInfo& info) {
 int run_info(const InfoOptions& options) {
   const Result<Probe> probe = Probe::connect(options.uri);
   if (!probe.ok()) return fail(probe.status());
+  const Lighting lighting = lighting_with_map(*probe);
+  const std::optional<EnvironmentView> environment = lighting.environment();
   const ProbeInfo info = probe->info();
   if (options.output == Output::json) {
-    std::printf("%s\n", json_of(info).c_str());
+    std::printf("%s\n", json_of(info, environment).c_str());
     return kOk;
   }
   const Counters& counters = info.counters;
@@ -55,10 +64,23 @@ int run_info(const InfoOptions& options) {
               wide(counters.brackets_incomplete));
   std::printf("estimates    %llu, failed %llu\n", wide(counters.estimates),
               wide(counters.estimates_failed));
+  std::printf("budget       setting moved %llu times, late %llu, late at fast %llu\n",
+              wide(counters.setting_moves), wide(counters.estimates_late),
+              wide(counters.estimates_late_at_fast));
   std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients,
               wide(counters.descriptors_coalesced));
   std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),
               wide(counters.recording_faults));
+  if (environment) {
+    const EnvironmentMap& map = environment->map;
+    std::printf("environment  %dx%d, %zu levels, roughness %.2g to %.2g, key %08x\n",
+                map.levels.front().edge, map.levels.front().edge, map.levels.size(),
+                static_cast<double>(map.levels.front().roughness),
+                static_cast<double>(map.levels.back().roughness), map.key);
+  } else {
+    std::printf("environment  no map within %.1f s; reflections come from harmonics\n",
+                kMapPatience.seconds());
+  }
   return kOk;
 }
 

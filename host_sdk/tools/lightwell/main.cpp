@@ -48,8 +48,10 @@ they need not be normalised. Lux and cd/m2 where the probe's scale is absolute.
   lightwell query URI --normal 0,1,0                 irradiance of a surface that faces up
   lightwell query URI --direction 0,0,-1 --roughness 0.4
   lightwell query URI --lights
+A direction is looked up in the probe's environment map; it waits 1.5 s for one, then takes the
+harmonics, and says which ("source": map or harmonics).
 Keys with --json: quantity, rgb, luminance, unit, lights (included, left_out), validity, age_ms,
-bound (null: infinite), flags; of a light: track, direction, rgb, luminance, unit,
+bound (null: infinite), flags, of a radiance source; of a light: track, direction, rgb, luminance, unit,
 angular_radius_deg, direction_covariance.)";
 
 class Program {

@@ -11,6 +11,7 @@
 #include "exit_code.hpp"
 #include "figures.hpp"
 #include "json_line.hpp"
+#include "map_wait.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -34,9 +35,10 @@ std::optional<Vec3f> vector_of(std::string_view text) {
   return out;
 }
 
+/// `source`: what a radiance was read from, "map" or "harmonics"; empty where there is no choice.
 template <class T>
 void print_answer(std::string_view what, const Answer<T>& answer, std::string_view unit,
-                  Output output) {
+                  std::string_view source, Output output) {
   const auto value = answer.value;
   if (output == Output::json) {
     const std::array<float, 3> rgb = {value.r, value.g, value.b};
@@ -50,16 +52,18 @@ void print_answer(std::string_view what, const Answer<T>& answer, std::string_vi
         .number("age_ms", answer.age.milliseconds())
         .number("bound", static_cast<double>(answer.error_bound))
         .texts("flags", flag_names(answer.flags));
+    if (!source.empty()) line.text("source", source);
     std::printf("%s\n", line.str().c_str());
     return;
   }
-  std::printf("%s  %.6g %.6g %.6g  luminance %.6g %s%s  %s  age %.1f ms  bound %s  flags %s\n",
+  std::printf("%s  %.6g %.6g %.6g  luminance %.6g %s%s  %s  age %.1f ms  bound %s  flags %s%s%s\n",
               std::string(what).c_str(), static_cast<double>(value.r), static_cast<double>(value.g),
               static_cast<double>(value.b), static_cast<double>(value.luminance()),
               std::string(unit).c_str(),
               answer.lights == LightsIncluded::yes ? "" : "  lights left out",
               std::string(to_string(answer.validity)).c_str(), answer.age.milliseconds(),
-              bound_text(answer.error_bound).c_str(), flags_text(answer.flags).c_str());
+              bound_text(answer.error_bound).c_str(), flags_text(answer.flags).c_str(),
+              source.empty() ? "" : "  from ", std::string(source).c_str());
 }
 
 void print_light(const Light& light, std::string_view unit, Output output) {
@@ -103,16 +107,18 @@ int run_query(const QueryOptions& options) {
 
   const Result<Probe> probe = Probe::connect(options.uri);
   if (!probe.ok()) return fail(probe.status());
-  const Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kPatience);
+  Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kPatience);
   if (!lighting.ok())
     return fail(kNothingReceived, options.uri + ": " + lighting.status().message());
+  if (direction) lighting = lighting_with_map(*probe);
   const bool absolute = lighting->units() == Units::absolute;
   if (normal)
-    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative",
+    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative", "",
                  options.output);
   if (direction)
     print_answer("radiance", lighting->radiance(*direction, static_cast<float>(options.roughness)),
-                 absolute ? "cd/m2" : "relative", options.output);
+                 absolute ? "cd/m2" : "relative",
+                 lighting->environment() ? "map" : "harmonics", options.output);
   if (options.lights)
     for (const Light& light : lighting->lights())
       print_light(light, absolute ? "lux" : "relative", options.output);

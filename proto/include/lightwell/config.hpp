@@ -1,6 +1,8 @@
 // lightwelld's configuration as a value. Meanings and defaults: proto/lightwell/v1/config.proto.
 #pragma once
 
+#include <cstdint>
+#include <lightwell/descriptor.hpp>
 #include <lightwell/result.hpp>
 #include <string>
 #include <string_view>
@@ -17,10 +19,27 @@ struct CameraConfig {
   double gain = 1;
 };
 
+/// What stands in for directions that no pixel sees.
+enum class UnseenFill : std::uint8_t {
+  none = 1,     ///< Dark.
+  mirror = 2,   ///< The direction mirrored at the plane that bounds what is seen.
+  average = 3,  ///< The running mean of when it was seen; dark where it never was.
+};
+
+enum class Smoothing : std::uint8_t { none = 1, one_euro = 2 };
+
+/// Meanings and defaults: config.proto.
 struct EstimatorConfig {
-  int band = 4;
-  int max_lights = 8;
+  int band = 6;
+  int max_lights = 16;
   double light_threshold = 6;
+  double epsilon = 0.01;
+  double radiance_epsilon = 0;
+  Setting setting = Setting::balanced;
+  UnseenFill unseen = UnseenFill::none;
+  Smoothing smoothing = Smoothing::one_euro;
+  int environment_edge = 0;
+  double environment_rate = 5;
 
   /// invalid_argument names the field.
   [[nodiscard]] Status validate() const;
@@ -33,9 +52,16 @@ struct Config {
   EstimatorConfig estimator;
   std::string grpc_listen = "127.0.0.1:7420";
   std::string record_path;
+  double budget_ms = 0;  ///< 0: none.
 
   [[nodiscard]] Status validate() const;
 };
+
+/// An EstimatorConfig message in protobuf binary form, with every field set.
+[[nodiscard]] std::string encode_config(const EstimatorConfig& config);
+/// `config` with what an EstimatorConfig message in binary form sets. data_loss where it is no message; the values are
+/// not checked.
+[[nodiscard]] Result<EstimatorConfig> updated_config(const EstimatorConfig& config, std::string_view message);
 
 /// Reads a Config in protobuf text format. Errors name file, line and, for an unknown field, the nearest known one.
 [[nodiscard]] Result<Config> load_config(const std::string& path);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <lightwell/color.hpp>
+#include <lightwell/environment.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/time.hpp>
@@ -41,8 +42,12 @@ enum class Flag : std::uint8_t {
   clipped = 2,  ///< Pixels saturated in every exposure; their energy is a lower bound.
   cleaned = 3,  ///< The input held NaN, infinite or negative radiance, which was replaced.
   dark = 4,     ///< Nothing but darkness: no relative error can be stated.
+  moved = 5,    ///< Something moved between the exposures of a bracket; there the light is that of the shortest, and of those that agree with it.
+  filled = 6,   ///< What no pixel sees was filled in by choice; no bound speaks of it.
+  recovered = 7,  ///< The energy of saturated pixels was recovered from a meter's or a grey patch's reading.
 };
-inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned, Flag::dark};
+inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned,  Flag::dark,
+                                      Flag::moved,  Flag::filled,  Flag::recovered};
 
 [[nodiscard]] constexpr std::string_view to_string(Flag flag) {
   switch (flag) {
@@ -50,6 +55,40 @@ inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned
     case Flag::clipped: return "clipped";
     case Flag::cleaned: return "cleaned";
     case Flag::dark: return "dark";
+    case Flag::moved: return "moved";
+    case Flag::filled: return "filled";
+    case Flag::recovered: return "recovered";
+  }
+  return "unknown";
+}
+
+/// How much care the estimator took: points of the measured trade between time and accuracy, cheapest first.
+enum class Setting : std::uint8_t { fast = 1, balanced = 2, exact = 3 };
+inline constexpr std::array kSettings = {Setting::fast, Setting::balanced, Setting::exact};
+
+[[nodiscard]] constexpr std::string_view to_string(Setting setting) {
+  switch (setting) {
+    case Setting::fast: return "fast";
+    case Setting::balanced: return "balanced";
+    case Setting::exact: return "exact";
+  }
+  return "unknown";
+}
+
+/// Whether the light flickers with the mains.
+enum class Flicker : std::uint8_t {
+  unknown = 0,  ///< Nothing in these frames could show it.
+  none = 1,
+  hz100 = 2,
+  hz120 = 3,
+};
+
+[[nodiscard]] constexpr std::string_view to_string(Flicker flicker) {
+  switch (flicker) {
+    case Flicker::unknown: return "unknown";
+    case Flicker::none: return "none";
+    case Flicker::hz100: return "100 Hz";
+    case Flicker::hz120: return "120 Hz";
   }
   return "unknown";
 }
@@ -68,13 +107,15 @@ class Flags {
 };
 
 /// Of the irradiance: RMS over all normals of the error, relative to the RMS irradiance; the larger of the
-/// luminance-weighted figure and the plain one over three channels. Infinite where the flags say why.
+/// luminance-weighted figure and the plain one over three channels. Infinite where the flags say why. On the wire in
+/// millionths, rounded up.
 struct ErrorBound {
   float total = 0;
   float truncation = 0;    ///< Bands that were not kept, and what caps do not describe of lights.
   float sampling = 0;      ///< Finite pixels and blocks.
   float noise = 0;         ///< Shot, read and quantisation noise of the sensor.
   float quantization = 0;  ///< Rounding to the wire.
+  float smoothing = 0;     ///< What smoothing over time left out of this frame.
 
   friend bool operator==(const ErrorBound&, const ErrorBound&) = default;
 };
@@ -88,29 +129,25 @@ struct CaptureTime {
   friend bool operator==(const CaptureTime&, const CaptureTime&) = default;
 };
 
-/// Prefiltered radiance for reflections, lights left out, over an octahedral map.
-struct EnvironmentMap {
-  int edge = 0;                      ///< Texels of level 0: 8, 16, 32 or 64.
-  std::vector<std::uint32_t> texels; ///< RGB9E5; levels one after another, rows from the top.
-  std::vector<float> roughness;      ///< Perceptual roughness of each level.
-
-  friend bool operator==(const EnvironmentMap&, const EnvironmentMap&) = default;
-};
-
 /// One frame's answer, in the probe's frame of axes.
 struct Descriptor {
   std::uint64_t sequence = 0;
   CaptureTime time;
   Units units = Units::relative;
   RadianceSh radiance;        ///< Of what is left after the lights were taken out.
+  /// Encoding may round `radiance` to this step, or to the power of two below it: who needs no more saves bytes. 0: to
+  /// the finest that the wire has. Not on the wire itself.
+  float radiance_step = 0;
   std::vector<Light> lights;  ///< Strongest first, at most kMaxLights.
-  std::optional<EnvironmentMap> environment;
+  std::optional<EnvironmentMap> environment;  ///< For reflections; whole, or changes to a whole one; mostly absent.
   float coverage = 0;   ///< Share of the sphere that some pixel saw.
   float saturated = 0;  ///< Share of the seen sphere that was saturated in every exposure.
   ErrorBound bound;
   std::uint32_t probe_id = 0;
   std::uint32_t calibration_id = 0;
   Flags flags;
+  Setting setting = Setting::balanced;
+  Flicker flicker = Flicker::unknown;
 
   friend bool operator==(const Descriptor&, const Descriptor&) = default;
 };

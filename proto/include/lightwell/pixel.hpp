@@ -14,20 +14,22 @@ enum class PixelFormat : std::uint8_t {
   rgb8,          ///< r, g, b bytes.
   nv12,          ///< Full-size Y plane, then interleaved Cb Cr at half size, same stride. BT.601, limited range.
   yuyv,          ///< Y0 Cb Y1 Cr. BT.601, limited range. What V4L2 means by V4L2_PIX_FMT_YUYV from a webcam.
+  bayer_rggb8,   ///< Bytes; red at the top left.
   bayer_rggb10,  ///< 16-bit little-endian words, the low 10 bits used; red at the top left.
   bayer_rggb12,  ///< 16-bit little-endian words, the low 12 bits used; red at the top left.
   rgb_f32,       ///< r, g, b 32-bit floats: radiance itself, no ceiling, no vignetting. HDR pictures, the ideal sensor.
 };
 
-inline constexpr std::array kPixelFormats = {PixelFormat::rgb8,         PixelFormat::nv12,
-                                             PixelFormat::yuyv,         PixelFormat::bayer_rggb10,
-                                             PixelFormat::bayer_rggb12, PixelFormat::rgb_f32};
+inline constexpr std::array kPixelFormats = {
+    PixelFormat::rgb8,         PixelFormat::nv12,         PixelFormat::yuyv,   PixelFormat::bayer_rggb8,
+    PixelFormat::bayer_rggb10, PixelFormat::bayer_rggb12, PixelFormat::rgb_f32};
 
 [[nodiscard]] constexpr std::string_view to_string(PixelFormat format) {
   switch (format) {
     case PixelFormat::rgb8: return "rgb8";
     case PixelFormat::nv12: return "nv12";
     case PixelFormat::yuyv: return "yuyv";
+    case PixelFormat::bayer_rggb8: return "bayer8";
     case PixelFormat::bayer_rggb10: return "bayer10";
     case PixelFormat::bayer_rggb12: return "bayer12";
     case PixelFormat::rgb_f32: return "rgb_f32";
@@ -46,7 +48,8 @@ inline constexpr std::array kPixelFormats = {PixelFormat::rgb8,         PixelFor
   switch (format) {
     case PixelFormat::rgb8:
     case PixelFormat::nv12:
-    case PixelFormat::yuyv: return 1;
+    case PixelFormat::yuyv:
+    case PixelFormat::bayer_rggb8: return 1;
     case PixelFormat::bayer_rggb10:
     case PixelFormat::bayer_rggb12: return alignof(std::uint16_t);
     case PixelFormat::rgb_f32: return alignof(float);
@@ -59,7 +62,8 @@ inline constexpr std::array kPixelFormats = {PixelFormat::rgb8,         PixelFor
   const auto w = static_cast<std::size_t>(width);
   switch (format) {
     case PixelFormat::rgb8: return 3 * w;
-    case PixelFormat::nv12: return w;
+    case PixelFormat::nv12:
+    case PixelFormat::bayer_rggb8: return w;
     case PixelFormat::yuyv:
     case PixelFormat::bayer_rggb10:
     case PixelFormat::bayer_rggb12: return 2 * w;
@@ -82,15 +86,24 @@ inline constexpr std::array kPixelFormats = {PixelFormat::rgb8,         PixelFor
   return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
 }
 
-/// Gamma-encoded r, g, b (0 to 1) of BT.601 limited-range bytes; out-of-gamut values are clamped.
-[[nodiscard]] inline std::array<float, 3> rgb_of_ycbcr601(int y, int cb, int cr) {
-  const float l = 1.164384F * static_cast<float>(y - 16);
-  const auto b = static_cast<float>(cb - 128), r = static_cast<float>(cr - 128);
-  const auto unit = [](float v) {
-    const float x = v / 255;
-    return x < 0 ? 0.0F : x > 1 ? 1.0F : x;
+[[nodiscard]] constexpr bool is_bayer(PixelFormat format) {
+  return format == PixelFormat::bayer_rggb8 || format == PixelFormat::bayer_rggb10 ||
+         format == PixelFormat::bayer_rggb12;
+}
+
+/// Gamma-encoded r, g, b (0 to 255) of BT.601 limited-range bytes, rounded; out-of-gamut values are clamped. In integers
+/// and to the bit what vector units compute: products to 1/64 of a code, sums of 16 bits that stop at their ends.
+[[nodiscard]] constexpr std::array<std::uint8_t, 3> rgb8_of_ycbcr601(int y, int cb, int cr) {
+  const auto factor = [](double coefficient, int shift) {
+    return static_cast<int>(coefficient * 64 * 32768 / (1 << shift) + 0.5);
   };
-  return {unit(l + 1.596027F * r), unit(l - 0.391762F * b - 0.812968F * r), unit(l + 2.017232F * b)};
+  const auto product = [](int a, int k) { return (a * k + 0x4000) >> 15; };
+  const auto stopped = [](int v) { return v > 32767 ? 32767 : v < -32768 ? -32768 : v; };
+  const auto code = [](int v) { return static_cast<std::uint8_t>((v >> 6) < 0 ? 0 : (v >> 6) > 255 ? 255 : v >> 6); };
+  const int l = product((y - 16) * 128, factor(1.164384, 7)) + 32, b = (cb - 128) * 256, r = (cr - 128) * 256;
+  return {code(stopped(l + product(r, factor(1.596027, 8)))),
+          code(stopped(stopped(l - product(b, factor(0.391762, 8))) - product(r, factor(0.812968, 8)))),
+          code(stopped(l + product(b, factor(2.017232, 8))))};
 }
 
 /// RGB9E5 (OpenGL 4.6 specification, 8.5.2): shared exponent, red in the lowest nine bits. Negative and NaN become 0.

@@ -21,6 +21,9 @@ struct Counters {
   std::uint64_t frames_recorded = 0;
   std::uint64_t recording_faults = 0;
   std::uint64_t frames_lost = 0;
+  std::uint64_t setting_moves = 0;
+  std::uint64_t estimates_late = 0;
+  std::uint64_t estimates_late_at_fast = 0;
 };
 
 struct StatusSnapshot {
