@@ -1,6 +1,8 @@
 #include "app/daemon.hpp"
 
+#include <array>
 #include <csignal>
+#include <cstdio>
 #include <ctime>
 #include <iostream>
 #include <lightwell/descriptor.hpp>
@@ -94,6 +96,15 @@ std::string one_line(const StatusSnapshot& s) {
          std::to_string(s.counters.clients) + " clients";
 }
 
+std::string beyond_budget(double ms, double budget_ms) {
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; allow more with "
+                "--budget-ms, or take smaller pictures with --size",
+                ms, budget_ms);
+  return text.data();
+}
+
 }  // namespace
 
 void block_stop_signals() {
@@ -119,7 +130,7 @@ Status run_daemon(const Config& config) {
 
   ProbeIdentity identity{config.probe_name, identity_of(config.probe_name), calibration_identity(parts->rig),
                          std::string(kFirmwareVersion), parts->info.name};
-  Pipeline pipeline(identity, std::move(parts->estimator), config.estimator);
+  Pipeline pipeline(identity, std::move(parts->estimator), config.estimator, config.budget_ms);
   pipeline.publisher().add(make_grpc_link(config.grpc_listen, pipeline));
 
   std::unique_ptr<FrameRecorder> recorder;
@@ -144,7 +155,8 @@ Status run_daemon(const Config& config) {
 
   std::string told_error;
   std::uint64_t told_faults = 0;
-  bool told_end = false;
+  bool told_end = false, told_beyond = false;
+  Setting told_setting = config.estimator.setting;
   while (!stop_asked()) {
     const StatusSnapshot status = pipeline.status();
     notify_status(one_line(status));
@@ -155,6 +167,14 @@ Status run_daemon(const Config& config) {
     if (recorder && recorder->faults() != told_faults) {
       told_faults = recorder->faults();
       log_error("recording: " + recorder->last_error().message() + "; the probe goes on without it");
+    }
+    if (const Setting now = pipeline.setting(); now != told_setting) {
+      log_info("budget: setting " + std::string(to_string(told_setting)) + " -> " + std::string(to_string(now)));
+      told_setting = now;
+    }
+    if (const std::optional<double> ms = pipeline.beyond_budget_ms(); ms && !told_beyond) {
+      log_error(beyond_budget(*ms, config.budget_ms));
+      told_beyond = true;
     }
     const CameraBackend::State state = parts->camera->state();
     if (state == CameraBackend::State::lost && !told_end) {

@@ -39,12 +39,14 @@ int main(int argc, char** argv) {
       "  lightwelld --camera sim:city                        a simulated rig in a real place\n"
       "  lightwelld --camera 'sim:night?sensor=rgb8' --exposure-s 0.001 --exposure-s 0.02 --exposure-s 0.4\n"
       "  lightwelld --config /etc/lightwell/probe.textproto  everything from a file\n"
+      "  lightwelld --camera sim:city --budget-ms 3          cheaper settings under load, richer ones when there is room\n"
       "  lightwell watch grpc://127.0.0.1:7420               what a client sees\n"
       "Fields of the file: proto/lightwell/v1/config.proto. Options here win over the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
   std::string config_path, camera, calibration, listen, record, name;
   Size size;
   double frame_rate = -1;
+  double budget_ms = -1;
   std::vector<double> exposures;
   bool list_cameras = false, check = false;
   app.add_option("--config", config_path, "Configuration in protobuf text format");
@@ -53,6 +55,10 @@ int main(int argc, char** argv) {
   app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
   app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]")->check(CLI::NonNegativeNumber);
   app.add_option("--exposure-s", exposures, "Exposure in seconds; several make a bracket")->allow_extra_args(false);
+  app.add_option("--budget-ms", budget_ms,
+                 "Milliseconds that an estimate may take; a cheaper setting than the configured one is used where it takes "
+                 "longer. 0 for none [0]")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--listen", listen, "Address of the gRPC link, HOST:PORT; port 0 takes any [127.0.0.1:7420]");
   app.add_option("--record", record, "Record frames with metadata to this file");
   app.add_option("--name", name, "Name of the probe [lightwell]");
@@ -89,6 +95,7 @@ int main(int argc, char** argv) {
   }
   if (frame_rate >= 0) config.camera.frame_rate = frame_rate;
   if (!exposures.empty()) config.camera.exposure_s = exposures;
+  if (budget_ms >= 0) config.budget_ms = budget_ms;
   if (!listen.empty()) config.grpc_listen = listen;
   if (!record.empty()) config.record_path = record;
   if (!name.empty()) config.probe_name = name;

@@ -1,13 +1,22 @@
 #include "app/pipeline.hpp"
 
 #include <cmath>
+#include <optional>
 #include <lightwell/query.hpp>
+#include <lightwell/time.hpp>
 
 namespace lightwell {
 
-Pipeline::Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config)
-    : identity_(std::move(identity)), estimator_(std::move(estimator)), config_(config) {
+Pipeline::Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
+                   double budget_ms)
+    : identity_(std::move(identity)),
+      estimator_(std::move(estimator)),
+      governor_(budget_ms, config.setting),
+      used_(config.setting),
+      config_(config),
+      setting_(config.setting) {
   newest_.lights.reserve(kMaxLights);
+  newest_clipped_.reserve(kMaxLights + 1);
 }
 
 Pipeline::~Pipeline() { stop(); }
@@ -30,22 +39,24 @@ void Pipeline::run() {
   Descriptor descriptor;
   descriptor.lights.reserve(kMaxLights);
   while (slot_.take(bracket)) {
-    {
-      const std::lock_guard lock(mutex_);
-      // Both were checked when they were set.
-      if (config_changed_) (void)estimator_->configure(config_);
-      if (scale_changed_) estimator_->set_scale(scale_);
-      config_changed_ = scale_changed_ = false;
-    }
+    configure_estimator();
+    const std::int64_t start_ns = monotonic_now_ns();
     Status status = estimator_->estimate(bracket.frames(), descriptor);
     if (status.ok()) status = publisher_.publish(descriptor);
     bracket.clear();
+    if (status.ok()) measured(static_cast<double>(publisher_.encoded_ns() - start_ns) * 1e-6);
     // Counted last: who sees the count finds what was counted.
     if (status.ok()) {
       {
         const std::lock_guard lock(mutex_);
+        // Nobody asks it for its map, whose copy would take memory anew each time.
+        std::optional<EnvironmentMap> map;
+        map.swap(descriptor.environment);
         newest_ = descriptor;
+        map.swap(descriptor.environment);
         newest_factor_ = estimator_->scale().factor;
+        const std::span<const ClippedLight> clipped = estimator_->clipped_lights();
+        newest_clipped_.assign(clipped.begin(), clipped.end());
         has_newest_ = true;
       }
       estimates_.fetch_add(1, std::memory_order_release);
@@ -57,6 +68,41 @@ void Pipeline::run() {
       failed_.fetch_add(1, std::memory_order_release);
     }
   }
+}
+
+void Pipeline::configure_estimator() {
+  const std::lock_guard lock(mutex_);
+  if (config_changed_) governor_.restart(config_.setting);
+  if (config_changed_ || used_ != governor_.setting()) {
+    EstimatorConfig config = config_;
+    config.setting = used_ = governor_.setting();
+    // Checked when it was set.
+    (void)estimator_->configure(config);
+  }
+  if (scale_changed_) estimator_->set_scale(scale_);
+  if (recovery_changed_) estimator_->set_recovery(recovery_);
+  config_changed_ = scale_changed_ = recovery_changed_ = false;
+}
+
+void Pipeline::measured(double ms) {
+  governor_.took(ms);
+  const std::lock_guard lock(mutex_);
+  setting_ = governor_.setting();
+  governed_ = governor_.counts();
+  if (!governor_.fast_is_late())
+    beyond_budget_ms_.reset();
+  else if (!beyond_budget_ms_)
+    beyond_budget_ms_ = governor_.typical_ms();
+}
+
+Setting Pipeline::setting() const {
+  const std::lock_guard lock(mutex_);
+  return setting_;
+}
+
+std::optional<double> Pipeline::beyond_budget_ms() const {
+  const std::lock_guard lock(mutex_);
+  return beyond_budget_ms_;
 }
 
 std::string Pipeline::last_error() const {
@@ -81,6 +127,12 @@ StatusSnapshot Pipeline::status() const {
   s.counters.estimates_failed = failed_.load(std::memory_order_acquire);
   s.counters.descriptors_coalesced = links.coalesced;
   s.counters.clients = links.clients;
+  {
+    const std::lock_guard lock(mutex_);
+    s.counters.setting_moves = governed_.moves;
+    s.counters.estimates_late = governed_.late;
+    s.counters.estimates_late_at_fast = governed_.late_at_fast;
+  }
   if (recorder_ != nullptr) {
     s.counters.frames_recorded = recorder_->recorded();
     s.counters.recording_faults = recorder_->faults() + recorder_->skipped();
@@ -104,8 +156,10 @@ Status Pipeline::set_estimator(const EstimatorConfig& config) {
 Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
   const std::lock_guard lock(mutex_);
   if (!has_newest_) return Status(StatusCode::failed_precondition, "no light has been measured yet");
+  // Where the scale is known, what is missing of a reading is what the sensor clipped.
+  if (newest_.flags.has(Flag::clipped) && newest_.units == Units::absolute && !scale_changed_) return recover_by(lux, normal);
   for (const Flag flag : {Flag::unseen, Flag::clipped, Flag::dark})
-    if (newest_.flags.has(flag))
+    if (newest_.flags.has(flag) && !(flag == Flag::clipped && newest_.flags.has(Flag::recovered)))
       return Status(StatusCode::failed_precondition,
                     "the light is not known well enough to set a scale by it: " + std::string(to_string(flag)));
   const double measured = irradiance_at(newest_, vec_cast<float>(normal)).luminance();
@@ -116,6 +170,14 @@ Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
   scale_ = {Units::absolute, factor};
   scale_changed_ = true;
   return factor;
+}
+
+Result<double> Pipeline::recover_by(double lux, Vec3d normal) {
+  if (newest_.flags.has(Flag::unseen))
+    return Status(StatusCode::failed_precondition, "what is missing of the reading may be light that was not seen: unseen");
+  if (Status s = status_of(recover(newest_, newest_clipped_, {vec_cast<float>(normalized(normal)), lux}, recovery_)); !s.ok()) return s;
+  recovery_changed_ = true;
+  return newest_factor_;
 }
 
 }  // namespace lightwell

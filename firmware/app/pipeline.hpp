@@ -4,10 +4,12 @@
 #include <atomic>
 #include <lightwell/status.hpp>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "app/bracket_slot.hpp"
+#include "app/governor.hpp"
 #include "camera/frame_recorder.hpp"
 #include "estimate/estimator.hpp"
 #include "link/publisher.hpp"
@@ -23,7 +25,10 @@ struct ProbeIdentity {
 
 class Pipeline final : public Commands {
  public:
-  Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config);
+  /// `budget_ms`: what an estimate may take from the estimator's start to its encoded bytes; config.setting is the
+  /// richest setting then. 0: no budget.
+  Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
+           double budget_ms = 0);
   ~Pipeline() override;
 
   /// Links want the Commands, so they come after construction and before start().
@@ -40,6 +45,11 @@ class Pipeline final : public Commands {
   /// The last refusal of the estimator or the encoder; empty where there was none.
   [[nodiscard]] std::string last_error() const;
 
+  /// With which the next estimate will be made.
+  [[nodiscard]] Setting setting() const;
+  /// What an estimate typically took, ms, when even the cheapest setting was found to exceed the budget.
+  [[nodiscard]] std::optional<double> beyond_budget_ms() const;
+
   // Commands
   [[nodiscard]] StatusSnapshot status() const override;
   [[nodiscard]] EstimatorConfig estimator() const override;
@@ -48,11 +58,16 @@ class Pipeline final : public Commands {
 
  private:
   void run();
+  void configure_estimator();
+  [[nodiscard]] Result<double> recover_by(double lux, Vec3d normal);
+  void measured(double ms);
 
   const ProbeIdentity identity_;
   BracketSlot slot_;
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;
+  Governor governor_;  ///< Of the thread.
+  Setting used_;       ///< Of the thread: that the estimator has.
   const FrameRecorder* recorder_ = nullptr;
   std::thread thread_;
   std::atomic<std::uint64_t> estimates_{0}, failed_{0};
@@ -61,10 +76,15 @@ class Pipeline final : public Commands {
   mutable std::mutex mutex_;
   EstimatorConfig config_;
   RadianceScale scale_;
-  bool config_changed_ = false, scale_changed_ = false;
+  bool config_changed_ = false, scale_changed_ = false, recovery_changed_ = false;
   Descriptor newest_;
   double newest_factor_ = 1;  ///< The scale that `newest_` was made with.
+  std::vector<ClippedLight> newest_clipped_;  ///< Those of its lights.
+  Recovery recovery_;
   bool has_newest_ = false;
+  Setting setting_;
+  Governor::Counts governed_;
+  std::optional<double> beyond_budget_ms_;
   std::string last_error_;
 };
 

@@ -22,6 +22,7 @@ Status Publisher::publish(Descriptor& descriptor) {
   descriptor.time.encoded_after = ProbeTime{monotonic_now_ns()} - descriptor.time.mid_exposure;
   const Result<std::span<const std::byte>> bytes = encoder_.encode(descriptor);
   if (!bytes) return bytes.status();
+  encoded_ns_ = monotonic_now_ns();
   const auto shared = std::make_shared<const std::vector<std::byte>>(bytes->begin(), bytes->end());
   for (const auto& link : links_) link->publish(shared);
   return {};

@@ -1,6 +1,7 @@
 // Encodes a descriptor once and hands the bytes to every link.
 #pragma once
 
+#include <cstdint>
 #include <lightwell/codec.hpp>
 #include <lightwell/descriptor.hpp>
 #include <memory>
@@ -21,6 +22,8 @@ class Publisher {
 
   /// Stamps `descriptor` with the time of encoding, encodes it (no allocation up to here) and gives it to the links.
   [[nodiscard]] Status publish(Descriptor& descriptor);
+  /// CLOCK_MONOTONIC when the bytes of the last descriptor were there, before any link had them.
+  [[nodiscard]] std::int64_t encoded_ns() const { return encoded_ns_; }
 
   /// Over all links.
   [[nodiscard]] LinkCounters counters() const;
@@ -28,6 +31,7 @@ class Publisher {
 
  private:
   Encoder encoder_;
+  std::int64_t encoded_ns_ = 0;
   std::vector<std::unique_ptr<Link>> links_;
 };
 

@@ -27,9 +27,11 @@ PhotometricCalibration photometry_of(PixelFormat format) {
   p.shot_noise = 1 / kFullWellElectrons;
   p.read_noise = kReadElectrons / kFullWellElectrons;
   p.response.kind = ResponseCurve::Kind::srgb;
-  if (format == PixelFormat::bayer_rggb10 || format == PixelFormat::bayer_rggb12) {
+  if (is_bayer(format)) {
     p.response.kind = ResponseCurve::Kind::linear;
-    p.black_level = format == PixelFormat::bayer_rggb10 ? 64.0 / 1023 : 256.0 / 4095;
+    p.black_level = format == PixelFormat::bayer_rggb8    ? 16.0 / 255
+                    : format == PixelFormat::bayer_rggb10 ? 64.0 / 1023
+                                                          : 256.0 / 4095;
   }
   return p;
 }

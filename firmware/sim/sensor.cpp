@@ -22,7 +22,7 @@ std::byte byte_of(double v) {
   return static_cast<std::byte>(static_cast<int>(std::clamp(v, 0.0, 255.0) + 0.5));
 }
 
-// BT.601, limited range, of encoded r g b between 0 and 1: the inverse of rgb_of_ycbcr601().
+// BT.601, limited range, of encoded r g b between 0 and 1: the inverse of rgb8_of_ycbcr601().
 double luma(const float* p) { return 16 + 65.481 * p[0] + 128.553 * p[1] + 24.966 * p[2]; }
 double blue_difference(const std::array<double, 3>& p) {
   return 128 - 37.797 * p[0] - 74.203 * p[1] + 112 * p[2];
@@ -141,13 +141,18 @@ void Sensor::develop(std::span<const float> radiance, const Exposure& exposure,
 
   const Exposing exposing(*this, radiance, exposure);
   const auto width = static_cast<std::size_t>(width_);
-  if (model_.format == PixelFormat::bayer_rggb10 || model_.format == PixelFormat::bayer_rggb12) {
-    const double top = model_.format == PixelFormat::bayer_rggb10 ? 1023 : 4095;
+  if (is_bayer(model_.format)) {
+    const bool bytes = model_.format == PixelFormat::bayer_rggb8;
+    const double top = bytes ? 255 : model_.format == PixelFormat::bayer_rggb10 ? 1023 : 4095;
     for (int j = 0; j < height_; ++j) {
       for (int i = 0; i < width_; ++i) {
         const std::size_t k = static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i);
         const auto word =
             static_cast<unsigned>(exposing.value(k, mosaic_channel(i, j)) * top + 0.5);
+        if (bytes) {
+          out[k] = static_cast<std::byte>(word);
+          continue;
+        }
         out[2 * k] = static_cast<std::byte>(word & 0xFF);
         out[2 * k + 1] = static_cast<std::byte>(word >> 8);
       }

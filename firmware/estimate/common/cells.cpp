@@ -1,12 +1,16 @@
 #include "estimate/common/cells.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <numbers>
+
+#include "estimate/common/kernels/weighted_rows.hpp"
 
 namespace lightwell::estimate {
 namespace {
 
 constexpr int kLow = sh_count(kMaxBand);
+static_assert(kRowCount == kRowFloats && sizeof(CellSum) == 3 * sizeof(float));
 
 template <class Row>
 void gather(const std::array<double, sh_count(kMaxBasisBand)>& all, Row& row) {
@@ -30,6 +34,7 @@ BasisRow basis_row(Vec3d direction) {
 void CellGrid::reserve(std::size_t cells) {
   rows_.reserve(cells);
   solid_angle_.reserve(cells);
+  direction_.reserve(cells);
 }
 
 void CellGrid::add_cell(std::span<const Pixel> pixels) {
@@ -37,11 +42,13 @@ void CellGrid::add_cell(std::span<const Pixel> pixels) {
   std::array<double, sh_count(kMaxBasisBand)> all;
   std::array<double, kRowCount> row;
   double total = 0;
+  Vec3d toward;
   for (const Pixel& p : pixels) {
     if (!(p.solid_angle > 0)) continue;
     sh_basis(kTailBands.back(), vec_cast<double>(p.direction), all);
     gather(all, row);
     total += p.solid_angle;
+    toward += vec_cast<double>(p.direction) * static_cast<double>(p.solid_angle);
     for (std::size_t i = 0; i < kRowCount; ++i) mean[i] += p.solid_angle * row[i];
   }
   BasisRow out{};
@@ -49,7 +56,33 @@ void CellGrid::add_cell(std::span<const Pixel> pixels) {
     for (std::size_t i = 0; i < kRowCount; ++i) out[i] = static_cast<float>(mean[i] / total);
   rows_.push_back(out);
   solid_angle_.push_back(static_cast<float>(total));
+  direction_.push_back(vec_cast<float>(normalized(toward)));
   covered_ += total;
+}
+
+CellGrid CellGrid::merged(std::span<const std::uint32_t> part_of, std::size_t cells) const {
+  std::vector<std::array<double, kRowCount>> sum(cells);
+  std::vector<double> total(cells);
+  std::vector<Vec3d> toward(cells);
+  for (std::size_t cell = 0; cell < size(); ++cell) {
+    const std::size_t to = part_of[cell];
+    total[to] += solid_angle_[cell];
+    toward[to] += vec_cast<double>(direction_[cell]) * static_cast<double>(solid_angle_[cell]);
+    for (std::size_t i = 0; i < kRowCount; ++i) sum[to][i] += static_cast<double>(solid_angle_[cell]) * rows_[cell][i];
+  }
+  CellGrid out;
+  out.reserve(cells);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    BasisRow row{};
+    if (total[cell] > 0)
+      for (std::size_t i = 0; i < kRowCount; ++i) row[i] = static_cast<float>(sum[cell][i] / total[cell]);
+    out.rows_.push_back(row);
+    out.solid_angle_.push_back(static_cast<float>(total[cell]));
+    out.direction_.push_back(vec_cast<float>(normalized(toward[cell])));
+    out.covered_ += total[cell];
+  }
+  out.finish();
+  return out;
 }
 
 void CellGrid::finish() {
@@ -73,29 +106,22 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
   std::array<std::array<double, kRowCount>, 3> total{};
   // Sums in float over a few hundred cells, then in double: rounding stays below 1e-6 of the largest coefficient.
   constexpr std::size_t kChunk = 256;
-  std::size_t next_moved = 0;
   for (std::size_t begin = 0; begin < sums.size(); begin += kChunk) {
-    const std::size_t end = std::min(begin + kChunk, sums.size());
-    std::array<float, kRowCount> r{}, g{}, b{};
-    const auto add = [&](const BasisRow& row, const CellSum& s) {
-      for (std::size_t i = 0; i < kRowCount; ++i) {
-        r[i] += row[i] * s.r;
-        g[i] += row[i] * s.g;
-        b[i] += row[i] * s.b;
-      }
-    };
-    for (std::size_t cell = begin; cell < end; ++cell) {
-      if (next_moved < moved.size() && moved[next_moved].cell == cell) {
-        add(basis_row(moved[next_moved].centroid), sums[cell]);
-        ++next_moved;
-      } else {
-        add(rows_[cell], sums[cell]);
-      }
-    }
+    const std::size_t count = std::min(kChunk, sums.size() - begin);
+    float part[3][kRowFloats] = {};
+    add_weighted_rows(rows_[begin].data(), &sums[begin].r, count, part);
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
+  }
+  for (const Moved& m : moved) {
+    const BasisRow there = basis_row(m.centroid);
+    const BasisRow& here = rows_[m.cell];
+    const CellSum& s = sums[m.cell];
     for (std::size_t i = 0; i < kRowCount; ++i) {
-      total[0][i] += r[i];
-      total[1][i] += g[i];
-      total[2][i] += b[i];
+      const float shift = there[i] - here[i];
+      total[0][i] += shift * s.r;
+      total[1][i] += shift * s.g;
+      total[2][i] += shift * s.b;
     }
   }
   for (std::size_t i = 0; i < kRowCount; ++i)

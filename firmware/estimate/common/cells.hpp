@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <lightwell/geometry.hpp>
 #include <lightwell/harmonics.hpp>
 #include <span>
@@ -44,6 +45,8 @@ class CellGrid {
   /// to 6, so that what has no higher band comes out exactly, whatever the tiling; elsewhere (and where the cells are
   /// too few to tell the functions apart) it stays the plain sum with darkness where nothing was seen.
   void finish();
+  /// The grid whose cell k is made of the cells of this one that `part_of` gives k for; finished as this one was.
+  [[nodiscard]] CellGrid merged(std::span<const std::uint32_t> part_of, std::size_t cells) const;
 
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   [[nodiscard]] double covered_sr() const { return covered_; }
@@ -54,9 +57,11 @@ class CellGrid {
   /// Projection is the least-squares fit: the sphere is whole and there are enough cells to make it sound.
   [[nodiscard]] bool fitted() const { return !inverse_gram_.empty(); }
   [[nodiscard]] float solid_angle(std::size_t cell) const { return solid_angle_[cell]; }
+  /// Unit; zero of a cell without solid angle.
+  [[nodiscard]] Vec3f direction(std::size_t cell) const { return direction_[cell]; }
 
-  /// `sums` has size() entries. A cell whose index is in `moved` (ascending) is taken at its own centroid instead of
-  /// as spread evenly over the cell: light that sits in a corner.
+  /// `sums` has size() entries. A cell in `moved` is taken at its own centroid instead of as spread evenly over the
+  /// cell: light that sits in a corner.
   struct Moved {
     std::size_t cell;
     Vec3d centroid;
@@ -66,6 +71,7 @@ class CellGrid {
  private:
   std::vector<BasisRow> rows_;  ///< Mean of the functions over each cell, weighted by solid angle.
   std::vector<float> solid_angle_;
+  std::vector<Vec3f> direction_;
   std::vector<double> inverse_gram_;  ///< sh_count(kMaxBand) squared, row by row.
   double covered_ = 0;
   bool whole_sphere_ = false;

@@ -59,6 +59,14 @@ double relative(const IrradianceRms& error, const IrradianceRms& whole) {
   return std::max(ratio(error.plain, whole.plain), ratio(error.weighted, whole.weighted));
 }
 
+IrradianceRms irradiance_rms(const Projection& scene) {
+  const Bands& b = bands();
+  std::array<double, 3> sum{};
+  for (std::size_t i = 0; i < kRowCount; ++i)
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += b.lobe[i] * b.lobe[i] * scene.c[i][k] * scene.c[i][k];
+  return rms(sum);
+}
+
 Decomposition decompose(const Projection& scene, std::span<const Light> lights, int band) {
   const Bands& b = bands();
   Projection rest = scene;

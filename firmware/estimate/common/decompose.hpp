@@ -17,6 +17,9 @@ struct IrradianceRms {
 /// The larger of the two relative errors; 0 for 0/0, infinite where there is an error but no light.
 [[nodiscard]] double relative(const IrradianceRms& error, const IrradianceRms& whole);
 
+/// Of the irradiance that bands 0 to 12 of a projection make.
+[[nodiscard]] IrradianceRms irradiance_rms(const Projection& scene);
+
 struct Decomposition {
   RadianceSh rest;            ///< Radiance without the lights, up to the band asked for.
   IrradianceRms whole;        ///< Of the irradiance of everything.

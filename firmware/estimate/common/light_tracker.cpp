@@ -1,6 +1,8 @@
 #include "estimate/common/light_tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace lightwell::estimate {
 namespace {
@@ -10,25 +12,38 @@ constexpr float kReachRad = 0.15F;
 // One second at 30 frames/s.
 constexpr int kForgetAfter = 30;
 constexpr std::size_t kMaxKnown = 2 * kMaxLights;
+// How quickly motion and strength are learnt: slowly enough to outlast the frames in which two lamps are one.
+constexpr float kLearn = 0.2F;
+// A factor of e in strength weighs as much as this angle; where a lamp is dimmed its place still tells.
+constexpr float kPerLogRad = 0.03F;
+constexpr float kMostLog = 2;
 
 }  // namespace
 
 LightTracker::LightTracker() { known_.reserve(kMaxKnown + kMaxLights); }
 
+float LightTracker::misfit(const Known& known, const Light& light) {
+  const float angle = angle_between(light.direction, normalized(known.direction + known.step));
+  // Where it stood last counts too: what is taken for motion may be a lamp that swings.
+  const float still = angle_between(light.direction, known.direction);
+  if (std::min(angle, still) >= kReachRad) return std::numeric_limits<float>::infinity();
+  const float strength = std::max(light.irradiance.luminance(), 1e-30F) / std::max(known.luminance, 1e-30F);
+  return std::min(angle, still + 0.01F) + kPerLogRad * std::min(std::abs(std::log(strength)), kMostLog);
+}
+
 void LightTracker::assign(std::span<Light> lights) {
   for (Known& k : known_) k.taken = false;
   for (Light& light : lights) light.track = 0;
   for (;;) {
-    float nearest = kReachRad;
+    float least = std::numeric_limits<float>::infinity();
     Known* old = nullptr;
     Light* found = nullptr;
     for (Light& light : lights) {
       if (light.track != 0) continue;
       for (Known& k : known_) {
         if (k.taken) continue;
-        const float angle = angle_between(light.direction, k.direction);
-        if (angle < nearest) {
-          nearest = angle;
+        if (const float m = misfit(k, light); m < least) {
+          least = m;
           old = &k;
           found = &light;
         }
@@ -36,16 +51,25 @@ void LightTracker::assign(std::span<Light> lights) {
     }
     if (found == nullptr) break;
     found->track = old->track;
-    *old = {found->direction, old->track, 0, true};
+    // Of one that was out of sight the motion between is not known: its own goes on.
+    if (old->unseen_for == 0) old->step += (found->direction - old->direction - old->step) * kLearn;
+    old->luminance += (found->irradiance.luminance() - old->luminance) * kLearn;
+    old->direction = found->direction;
+    old->unseen_for = 0;
+    old->taken = true;
   }
-  for (Known& k : known_)
-    if (!k.taken) ++k.unseen_for;
+  for (Known& k : known_) {
+    if (k.taken) continue;
+    ++k.unseen_for;
+    k.direction = normalized(k.direction + k.step);
+  }
   std::erase_if(known_, [](const Known& k) { return k.unseen_for > kForgetAfter; });
   for (Light& light : lights) {
     if (light.track != 0) continue;
     light.track = next_++;
     if (next_ == 0) next_ = 1;
-    if (known_.size() < kMaxKnown) known_.push_back({light.direction, light.track, 0, true});
+    if (known_.size() < kMaxKnown)
+      known_.push_back({light.direction, {}, light.irradiance.luminance(), light.track, 0, true});
   }
 }
 

@@ -7,9 +7,10 @@
 
 namespace lightwell::estimate {
 
-/// Greedy nearest neighbour: the closest pair of an old and a new light within `reach_rad` keeps its number, then the
-/// next closest. What is left gets a number never used before. A lamp that vanishes keeps its number for a while, so
-/// that one which flickers stays the same lamp.
+/// Greedy nearest neighbour: the best pair of a known and a new light keeps its number, then the next best. A known light
+/// is looked for where its motion has taken it, and one that gives as much light as before fits better: so two lamps
+/// that cross keep their numbers, though they were one bright spot for a while. What is left gets a number never used
+/// before. A lamp that vanishes keeps its number for a while, so that one which flickers stays the same lamp.
 class LightTracker {
  public:
   LightTracker();
@@ -19,10 +20,15 @@ class LightTracker {
  private:
   struct Known {
     Vec3f direction;
+    Vec3f step;           ///< From one frame to the next.
+    float luminance = 0;  ///< Of its irradiance, over the last frames.
     std::uint32_t track = 0;
     int unseen_for = 0;
     bool taken = false;
   };
+  /// Of taking `light` for `known`; infinite where they are too far apart.
+  [[nodiscard]] static float misfit(const Known& known, const Light& light);
+
   std::vector<Known> known_;
   std::uint32_t next_ = 1;
 };

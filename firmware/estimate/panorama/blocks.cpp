@@ -18,8 +18,9 @@ int widest(const RigTable& table) {
 BlockLayout::BlockLayout(const RigTable& table, int edge)
     : edge_(edge), shift_(std::countr_zero(static_cast<unsigned>(edge))) {
   for (const LensTable& lens : table.lenses) {
-    const Lens l{lens.width, lens.height, (lens.width + edge - 1) / edge, (lens.height + edge - 1) / edge, total_};
+    const Lens l{lens.width, lens.height, (lens.width + edge - 1) / edge, (lens.height + edge - 1) / edge, total_, total_rows_};
     total_ += static_cast<std::size_t>(l.columns) * static_cast<std::size_t>(l.rows);
+    total_rows_ += static_cast<std::size_t>(l.rows);
     lenses_.push_back(l);
   }
 }
@@ -82,12 +83,10 @@ BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)
 }
 
 void BlockPass::run(RowReader& reader, BlockSums& out) {
-  out.clipped_sr = 0;
-  out.noise = 0;
-  out.bias = 0;
-  out.counts = {};
+  out.clear();
   const int edge = layout_.edge();
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
+    if (!reader.has(lens)) continue;
     const LensTable& table = table_.lenses[static_cast<std::size_t>(lens)];
     const auto width = static_cast<std::size_t>(table.width);
     for (int top = 0; top < table.height; top += edge) {
@@ -127,7 +126,9 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
           bias4[i % 4] += sr[i] * row_.bias[i];
         }
         noise += noise4[0] + noise4[1] + noise4[2] + noise4[3];
-        out.clipped_sr += clipped4[0] + clipped4[1] + clipped4[2] + clipped4[3];
+        const float clipped = clipped4[0] + clipped4[1] + clipped4[2] + clipped4[3];
+        out.clipped_sr += clipped;
+        if (clipped > 0) out.clipped_row[layout_.row_of(lens, top)] = 1;
         out.bias += bias4[0] + bias4[1] + bias4[2] + bias4[3];
       }
       out.noise += noise;

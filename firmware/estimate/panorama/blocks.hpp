@@ -1,6 +1,8 @@
 // The one pass over the pixels: sums of light over square blocks of each lens's picture.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "calibration/lens_table.hpp"
@@ -21,6 +23,11 @@ class BlockLayout {
   [[nodiscard]] Place place(std::size_t block) const;
   [[nodiscard]] std::size_t block_of(int lens, int x, int y) const;
   [[nodiscard]] std::size_t size() const { return total_; }
+  /// Rows of blocks, of all lenses one after another.
+  [[nodiscard]] std::size_t row_of(int lens, int y) const {
+    return lenses_[static_cast<std::size_t>(lens)].first_row + static_cast<std::size_t>(y >> shift_);
+  }
+  [[nodiscard]] std::size_t row_count() const { return total_rows_; }
   [[nodiscard]] int edge() const { return edge_; }
   [[nodiscard]] int shift() const { return shift_; }  ///< edge() is 1 << shift().
   [[nodiscard]] int columns(int lens) const { return lenses_[static_cast<std::size_t>(lens)].columns; }
@@ -33,11 +40,11 @@ class BlockLayout {
  private:
   struct Lens {
     int width, height, columns, rows;
-    std::size_t first;
+    std::size_t first, first_row;
   };
   std::vector<Lens> lenses_;
   int edge_, shift_;
-  std::size_t total_ = 0;
+  std::size_t total_ = 0, total_rows_ = 0;
 };
 
 /// What the pass leaves of a bracket.
@@ -49,9 +56,28 @@ struct BlockSums {
   double bias = 0;                  ///< Sum of solid_angle times what rounding and black may hide, all one way.
   /// Where the luminance of each block sits, in pixels from the middle of its solid angle.
   std::vector<float> offset_x, offset_y;
+  /// By block, how many of the shortest exposures its light is of; only BracketPass fills it.
+  std::vector<std::uint8_t> exposures;
+  /// Luminance, integrated over solid angle, of blocks where something moved between the exposures: what the block gives
+  /// or by how much the exposures differ, whichever is more.
+  double moved_light = 0;
+  /// By row of blocks: whether a pixel of it was saturated.
+  std::vector<std::uint8_t> clipped_row;
   ReadingCounts counts;
 
-  explicit BlockSums(std::size_t blocks) : sum(blocks), peak(blocks), offset_x(blocks), offset_y(blocks) {}
+  explicit BlockSums(const BlockLayout& layout)
+      : sum(layout.size()),
+        peak(layout.size()),
+        offset_x(layout.size()),
+        offset_y(layout.size()),
+        exposures(layout.size()),
+        clipped_row(layout.row_count()) {}
+  /// What is counted over all blocks, not the blocks themselves.
+  void clear() {
+    clipped_sr = noise = bias = moved_light = 0;
+    counts = {};
+    std::fill(clipped_row.begin(), clipped_row.end(), std::uint8_t{0});
+  }
 };
 
 /// Runs the pass, with row buffers of its own.
@@ -59,6 +85,12 @@ class BlockPass {
  public:
   BlockPass(const RigTable& table, const BlockLayout& layout);
   void run(RowReader& reader, BlockSums& out);
+
+  /// Middle of a block's solid angle, in pixels from the block's corner.
+  struct Middle {
+    float x, y;
+  };
+  [[nodiscard]] Middle middle(std::size_t block) const { return {middle_x_[block], middle_y_[block]}; }
 
  private:
   const RigTable& table_;

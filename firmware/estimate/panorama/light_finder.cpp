@@ -17,14 +17,16 @@ const float kCosReach = std::cos(12 * std::numbers::pi_v<float> / 180);
 constexpr float kWidest = 0.6F;
 /// A light that gives less of all light than this is left to the harmonics: it could not change a figure of the answer.
 constexpr double kFaintest = 0.002;
-/// Peaks looked at a frame; a sky of a thousand lamps must not cost a thousand regions.
+/// Regions of a frame; a sky of a thousand lamps must not cost a thousand regions.
 constexpr int kMostRegions = 96;
 /// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
 constexpr float kGlow = 0.1F;
-constexpr std::size_t kMostSlots = 4096;
+/// A region whose blocks have more pixels than these is wide: its blocks tell it.
+constexpr std::size_t kCompactPixels = 8192;
+constexpr std::size_t kMostFlood = 4096;
+constexpr std::size_t kMostParts = 65536;
+constexpr std::size_t kMostSlots = 2048;
 constexpr std::size_t kMostRegionPixels = 400'000;
-/// A block whose peak is so many times its mean does not hold its light evenly.
-constexpr float kUneven = 2;
 
 int widest(const RigTable& table) {
   int w = 0;
@@ -43,13 +45,44 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
   }
   lens_first_.push_back(pixels);
   claimed_.resize(pixels);
+  owner_.resize(layout.size());
+  owned_.reserve(layout.size());
+  flood_.reserve(kMostFlood + 1);
+  flood_mark_.resize(layout.size());
   region_.reserve(std::min<std::size_t>(pixels, kMostRegionPixels) + 16);
   all_claimed_.reserve(region_.capacity());
   candidates_.reserve(layout.size() + 1);
   region_irradiance_.resize(kMostRegions + 1);
+  parts_.reserve(kMostParts);
+  region_of_light_.reserve(kMaxLights + 1);
   slot_of_block_.assign(layout.size(), -1);
   loaded_.reserve(slots_);
   pool_.resize(slots_ * static_cast<std::size_t>(layout.edge()) * static_cast<std::size_t>(layout.edge()));
+  compact_blocks_ = std::max<std::size_t>(16, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
+  plan_neighbours();
+}
+
+void LightFinder::plan_neighbours() {
+  std::vector<std::uint32_t> found;
+  for (std::size_t block = 0; block < layout_.size(); ++block) {
+    beside_first_.push_back(static_cast<std::uint32_t>(beside_.size()));
+    const BlockLayout::Place p = layout_.place(block);
+    const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
+    found.clear();
+    for (int y = p.y; y < p.y + p.height; ++y) {
+      for (int x = p.x; x < p.x + p.width; ++x) {
+        const bool rim = x == p.x || y == p.y || x == p.x + p.width - 1 || y == p.y + p.height - 1;
+        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
+        if (!rim && (lens.twin.empty() || lens.twin[i] < 0)) continue;
+        for_neighbours({p.lens, x, y}, [&](PixelPlace n, PixelId) {
+          const auto other = static_cast<std::uint32_t>(layout_.block_of(n.lens, n.x, n.y));
+          if (other != block && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
+        });
+      }
+    }
+    beside_.insert(beside_.end(), found.begin(), found.end());
+  }
+  beside_first_.push_back(static_cast<std::uint32_t>(beside_.size()));
 }
 
 LightFinder::PixelId LightFinder::id_of(int lens, int x, int y) const {
@@ -81,13 +114,21 @@ void LightFinder::load(RowReader& reader, std::uint32_t block) {
   }
 }
 
-LightFinder::PixelLight LightFinder::light_of(RowReader& reader, PixelPlace p) {
-  const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-  if (slot_of_block_[block] < 0) load(reader, static_cast<std::uint32_t>(block));
-  const std::int32_t slot = slot_of_block_[block];
-  if (slot < 0) return {};
-  const int mask = layout_.edge() - 1, shift = layout_.shift();
-  return pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
+LightFinder::PixelPlace LightFinder::peak_pixel(std::uint32_t block, float& peak) const {
+  const auto edge = static_cast<std::size_t>(layout_.edge());
+  const BlockLayout::Place p = layout_.place(block);
+  const auto slot = static_cast<std::size_t>(slot_of_block_[block]);
+  PixelPlace at{p.lens, p.x, p.y};
+  peak = 0;
+  for (int y = 0; y < p.height; ++y) {
+    for (int x = 0; x < p.width; ++x) {
+      const PixelLight& l = pool_[(slot * edge + static_cast<std::size_t>(y)) * edge + static_cast<std::size_t>(x)];
+      if (!(l.luminance > peak) || claimed_[id_of(p.lens, p.x + x, p.y + y)] != 0) continue;
+      peak = l.luminance;
+      at = {p.lens, p.x + x, p.y + y};
+    }
+  }
+  return at;
 }
 
 template <class Visit>
@@ -125,15 +166,47 @@ void LightFinder::claim(PixelPlace place, PixelId id, const PixelLight& light) {
   all_claimed_.push_back(id);
 }
 
+double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor,
+                         float cos_reach) {
+  ++flood_number_;
+  flood_.assign(1, block);
+  flood_mark_[block] = flood_number_;
+  const Vec3f axis = grid.direction(block);
+  double luminance = 0;
+  for (std::size_t next = 0; next < flood_.size(); ++next) {
+    const std::uint32_t at = flood_[next];
+    luminance += std::max(0.0F, sums.sum[at].luminance());
+    for (std::uint32_t i = beside_first_[at]; i < beside_first_[at + 1]; ++i) {
+      const std::uint32_t other = beside_[i];
+      if (flood_mark_[other] == flood_number_ || !(sums.peak[other] >= floor)) continue;
+      if (owner_[other] != 0) {
+        if (parent_ == 0 || region_irradiance_[owner_[other]] > region_irradiance_[parent_]) parent_ = owner_[other];
+        continue;
+      }
+      if (dot(grid.direction(other), axis) < cos_reach || flood_.size() >= kMostFlood) continue;
+      flood_mark_[other] = flood_number_;
+      flood_.push_back(other);
+    }
+  }
+  return luminance;
+}
+
 void LightFinder::grow(RowReader& reader, float floor, Vec3f axis, float cos_reach) {
+  const int mask = layout_.edge() - 1, shift = layout_.shift();
   for (std::size_t next = 0; next < region_.size(); ++next) {
     for_neighbours(region_[next].place, [&](PixelPlace p, PixelId id) {
       if (const std::uint8_t other = claimed_[id]; other != 0) {
         if (other != number_ && (parent_ == 0 || region_irradiance_[other] > region_irradiance_[parent_])) parent_ = other;
         return;
       }
-      if (all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
-      const PixelLight light = light_of(reader, p);
+      // Beyond the blocks that the flood reached nothing is bright enough.
+      const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
+      if (flood_mark_[block] != flood_number_ || all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
+      if (slot_of_block_[block] < 0) load(reader, static_cast<std::uint32_t>(block));
+      const std::int32_t slot = slot_of_block_[block];
+      if (slot < 0) return;
+      const PixelLight& light =
+          pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
       if (light.luminance < floor) return;
       const RegionPixel pixel{p, id, light};
       if (solid_angle(pixel) > 0 && dot(direction(pixel), axis) >= cos_reach) claim(p, id, light);
@@ -158,64 +231,129 @@ Vec3d LightFinder::core_direction(std::size_t core) const {
   return normalized(toward);
 }
 
-Light LightFinder::measure(std::size_t core, Vec3d axis, int pixels_per_color) const {
-  double irradiance[3] = {}, weight = 0, spread = 0, core_sr = 0;
-  for (std::size_t k = 0; k < region_.size(); ++k) {
-    const PixelLight& l = region_[k].light;
-    const double sr = solid_angle(region_[k]), c = dot(vec_cast<double>(direction(region_[k])), axis);
-    irradiance[0] += l.r * sr * c;
-    irradiance[1] += l.g * sr * c;
-    irradiance[2] += l.b * sr * c;
-    weight += l.luminance * sr;
-    spread += l.luminance * sr * (1 - c);
-    if (k < core) core_sr += sr;
+void LightFinder::note(std::uint32_t block, const CellSum& light) {
+  if (parts_.empty() || parts_.back().block != block || parts_.back().region != number_) {
+    if (parts_.size() == parts_.capacity()) return;
+    parts_.push_back({block, number_, {}});
   }
+  CellSum& sum = parts_.back().light;
+  sum.r += light.r;
+  sum.g += light.g;
+  sum.b += light.b;
+}
+
+void LightFinder::take_out(std::size_t k, std::span<CellSum> sums) const {
+  for (const Part& part : parts_) {
+    if (part.region != region_of_light_[k]) continue;
+    CellSum& sum = sums[part.block];
+    sum.r = std::max(sum.r - part.light.r, 0.0F);
+    sum.g = std::max(sum.g - part.light.g, 0.0F);
+    sum.b = std::max(sum.b - part.light.b, 0.0F);
+  }
+}
+
+void LightFinder::gather_pixels(Vec3d axis, Gathered& out) {
+  for (const RegionPixel& pixel : region_) {
+    const PixelLight& l = pixel.light;
+    const double sr = solid_angle(pixel), c = dot(vec_cast<double>(direction(pixel)), axis);
+    const auto a = static_cast<float>(sr);
+    note(static_cast<std::uint32_t>(layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y)),
+         {l.r * a, l.g * a, l.b * a});
+    out.irradiance[0] += l.r * sr * c;
+    out.irradiance[1] += l.g * sr * c;
+    out.irradiance[2] += l.b * sr * c;
+    out.weight += l.luminance * sr;
+    out.spread += l.luminance * sr * (1 - c);
+  }
+}
+
+void LightFinder::gather_blocks(const BlockSums& sums, const CellGrid& grid, float floor, Vec3d axis, Gathered& out) {
+  for (const std::uint32_t block : flood_) {
+    const CellSum& s = sums.sum[block];
+    // What has pixels in the region already, or is not bright all over, stays with the harmonics.
+    if (slot_of_block_[block] >= 0 || !(s.luminance() >= floor * grid.solid_angle(block))) continue;
+    owner_[block] = number_;
+    owned_.push_back(block);
+    const Vec3d d = vec_cast<double>(grid.direction(block));
+    const double c = dot(d, axis), luminance = s.luminance();
+    out.toward += d * luminance;
+    note(block, s);
+    out.irradiance[0] += s.r * c;
+    out.irradiance[1] += s.g * c;
+    out.irradiance[2] += s.b * c;
+    out.weight += luminance;
+    out.spread += luminance * (1 - c);
+  }
+}
+
+Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const CellGrid& grid, std::uint32_t block,
+                                PixelPlace peak_at, float peak, float skirt, bool compact) {
   Light out;
+  region_.clear();
+  Gathered all;
+  Vec3d axis;
+  double variance = 0;
+  if (compact) {
+    const auto edge = static_cast<std::size_t>(layout_.edge());
+    const auto slot = static_cast<std::size_t>(slot_of_block_[block]);
+    const BlockLayout::Place p = layout_.place(block);
+    claim(peak_at, id_of(peak_at.lens, peak_at.x, peak_at.y),
+          pool_[(slot * edge + static_cast<std::size_t>(peak_at.y - p.y)) * edge + static_cast<std::size_t>(peak_at.x - p.x)]);
+    // The flood of the core: what it does not reach cannot be half as bright as the peak.
+    grow(reader, 0.5F * peak, {}, -2);
+    const std::size_t core = region_.size();
+    axis = core_direction(core);
+    if (axis == Vec3d{}) return out;
+    double core_sr = 0;
+    for (std::size_t k = 0; k < core; ++k) core_sr += solid_angle(region_[k]);
+    // The centroid of n square pixels of known edges: each tells a position to edge/sqrt(12), and a tenth of a pixel is
+    // lost to what pixels do not tell of the light within them.
+    const int shared = reader.pixels_per_color();
+    const double samples = std::max(1.0, static_cast<double>(core) / shared);
+    variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
+    grow(reader, skirt, vec_cast<float>(axis), kCosReach);
+    (void)flood(sums, grid, block, skirt, kCosReach);
+    if (flood_.size() <= compact_blocks_) {
+      grow(reader, skirt, vec_cast<float>(axis), kCosReach);
+    } else {
+      gather_blocks(sums, grid, skirt, axis, all);
+    }
+  } else {
+    // A first axis from the blocks, then their sums about it.
+    Gathered first;
+    const std::size_t owned = owned_.size();
+    gather_blocks(sums, grid, 0.5F * peak, vec_cast<double>(grid.direction(block)), first);
+    axis = normalized(first.toward);
+    if (axis == Vec3d{}) return out;
+    for (std::size_t k = owned; k < owned_.size(); ++k) owner_[owned_[k]] = 0;
+    owned_.resize(owned);
+    while (!parts_.empty() && parts_.back().region == number_) parts_.pop_back();
+    gather_blocks(sums, grid, 0.5F * peak, axis, all);
+    // Blocks tell where light is to a tenth of their side.
+    variance = grid.solid_angle(block) * 0.01;
+  }
+  gather_pixels(axis, all);
   out.direction = vec_cast<float>(axis);
-  out.irradiance = {static_cast<float>(irradiance[0]), static_cast<float>(irradiance[1]),
-                    static_cast<float>(irradiance[2])};
-  out.angular_radius_rad = weight > 0 ? static_cast<float>(cap_radius(spread / weight)) : 0;
-  // The centroid of n square pixels of known edges: each tells a position to edge/sqrt(12), and a tenth of a pixel is
-  // lost to what pixels do not tell of the light within them.
-  const double sample_sr = core_sr / static_cast<double>(core) * pixels_per_color;
-  const double samples = std::max(1.0, static_cast<double>(core) / pixels_per_color);
-  const auto variance = static_cast<float>(sample_sr * (1.0 / 12 / samples + 0.01));
-  out.direction_covariance = {variance, 0, variance};
+  out.irradiance = {static_cast<float>(all.irradiance[0]), static_cast<float>(all.irradiance[1]),
+                    static_cast<float>(all.irradiance[2])};
+  out.angular_radius_rad = all.weight > 0 ? static_cast<float>(cap_radius(all.spread / all.weight)) : 0;
+  out.direction_covariance = {static_cast<float>(variance), 0, static_cast<float>(variance)};
   return out;
 }
 
-void LightFinder::centroids(const BlockSums& sums, const CellGrid& grid, std::vector<CellGrid::Moved>& moved) const {
-  const auto edge = static_cast<std::size_t>(layout_.edge());
-  for (std::size_t slot = 0; slot < loaded_.size(); ++slot) {
-    const std::uint32_t block = loaded_[slot];
-    if (!(sums.peak[block] * grid.solid_angle(block) > kUneven * sums.sum[block].luminance())) continue;
-    const BlockLayout::Place p = layout_.place(block);
-    const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-    Vec3d toward;
-    for (int y = 0; y < p.height; ++y) {
-      for (int x = 0; x < p.width; ++x) {
-        const std::size_t i = static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) +
-                              static_cast<std::size_t>(p.x + x);
-        const PixelLight& l = pool_[(slot * edge + static_cast<std::size_t>(y)) * edge + static_cast<std::size_t>(x)];
-        toward += vec_cast<double>(lens.direction[i]) * static_cast<double>(l.luminance * lens.solid_angle[i]);
-      }
-    }
-    if (const Vec3d d = normalized(toward); !(d == Vec3d{})) moved.push_back({block, d});
-  }
-  std::sort(moved.begin(), moved.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
-}
-
-void LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& grid, float mean_luminance,
-                       const EstimatorConfig& config, std::vector<Light>& lights,
-                       std::vector<CellGrid::Moved>& moved) {
+int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& grid, float mean_luminance,
+                       const EstimatorConfig& config, std::vector<Light>& lights) {
   for (const PixelId id : all_claimed_) claimed_[id] = 0;
   all_claimed_.clear();
+  for (const std::uint32_t block : owned_) owner_[block] = 0;
+  owned_.clear();
   for (const std::uint32_t block : loaded_) slot_of_block_[block] = -1;
   loaded_.clear();
   candidates_.clear();
+  parts_.clear();
+  region_of_light_.clear();
   lights.clear();
-  moved.clear();
-  if (!(mean_luminance > 0) || !std::isfinite(mean_luminance)) return;
+  if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return -1;
 
   const auto floor = static_cast<float>(config.light_threshold) * mean_luminance;
   for (std::size_t block = 0; block < sums.peak.size(); ++block)
@@ -227,66 +365,73 @@ void LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid&
   const auto stronger = [](const Light& a, const Light& b) { return a.irradiance.luminance() > b.irradiance.luminance(); };
   Light brightest;
   bool first_region = true;
-  for (int regions = 0; regions < kMostRegions && !candidates_.empty() && most > 0;) {
+  for (int regions = 0; regions < kMostRegions && !candidates_.empty();) {
     std::pop_heap(candidates_.begin(), candidates_.end());
-    Candidate c = candidates_.back();
+    const Candidate c = candidates_.back();
     candidates_.pop_back();
-    load(reader, c.block);
-    // What is left of this block may be darker than when the block was queued: then it waits its turn again.
-    const BlockLayout::Place p = layout_.place(c.block);
-    RegionPixel peak_at{};
-    float peak = 0;
-    for (int y = p.y; y < p.y + p.height; ++y) {
-      for (int x = p.x; x < p.x + p.width; ++x) {
-        if (claimed_[id_of(p.lens, x, y)] != 0) continue;
-        if (const PixelLight l = light_of(reader, {p.lens, x, y}); l.luminance > peak) {
-          peak = l.luminance;
-          peak_at = {{p.lens, x, y}, id_of(p.lens, x, y), l};
-        }
+    if (owner_[c.block] != 0) continue;
+
+    parent_ = 0;
+    const float skirt = std::max(kSkirt * c.peak, kSkirtOverMean * mean_luminance);
+    // All that could be of this light, and more: where even that is too faint, no pixel need be looked at.
+    if (!first_region && flood(sums, grid, c.block, skirt, kCosReach) < faintest) continue;
+
+    (void)flood(sums, grid, c.block, 0.5F * c.peak, -2);
+    bool compact = flood_.size() <= compact_blocks_;
+    PixelPlace peak_at{};
+    float peak = c.peak;
+    if (compact) {
+      load(reader, c.block);
+      compact = slot_of_block_[c.block] >= 0;
+    }
+    if (compact) {
+      // The block's peak is a bound, and what is left of the block may be darker than when it was queued: then it waits
+      // its turn again.
+      peak_at = peak_pixel(c.block, peak);
+      if (peak < floor) continue;
+      if (!candidates_.empty() && peak < candidates_.front().peak && peak < c.peak) {
+        candidates_.push_back({peak, c.block});
+        std::push_heap(candidates_.begin(), candidates_.end());
+        continue;
+      }
+      if (peak < c.peak) {
+        (void)flood(sums, grid, c.block, 0.5F * peak, -2);
+        compact = flood_.size() <= compact_blocks_;
       }
     }
-    if (peak < floor) continue;
-    if (!candidates_.empty() && peak < candidates_.front().peak && peak < c.peak) {
-      candidates_.push_back({peak, c.block});
-      std::push_heap(candidates_.begin(), candidates_.end());
-      continue;
-    }
-
     number_ = static_cast<std::uint8_t>(++regions);
-    parent_ = 0;
     region_irradiance_[number_] = 0;
-    region_.clear();
-    claim(peak_at.place, peak_at.id, peak_at.light);
-    grow(reader, 0.5F * peak, {}, -2);
-    const std::size_t core = region_.size();
-    const Vec3d axis = core_direction(core);
-    if (axis == Vec3d{}) continue;
-    grow(reader, std::max(kSkirt * peak, kSkirtOverMean * mean_luminance), vec_cast<float>(axis), kCosReach);
-    const Light light = measure(core, axis, reader.pixels_per_color());
-    region_irradiance_[number_] = light.irradiance.luminance();
+    const Light light = region_light(reader, sums, grid, c.block, peak_at, peak,
+                                     std::max(kSkirt * peak, kSkirtOverMean * mean_luminance), compact);
+    const float luminance = light.irradiance.luminance();
+    region_irradiance_[number_] = luminance;
+    if (!(luminance > 0)) continue;
     if (first_region) {
       // The brightest region is a light however little it gives: people look for it.
       brightest = light;
       first_region = false;
-    } else if (light.irradiance.luminance() < faintest ||
-               (parent_ != 0 && light.irradiance.luminance() < kGlow * region_irradiance_[parent_])) {
+    } else if (luminance < faintest || (parent_ != 0 && luminance < kGlow * region_irradiance_[parent_])) {
       continue;
     }
     if (light.angular_radius_rad > kWidest) continue;
     if (lights.size() >= most) {
       if (!stronger(light, lights.back())) continue;
       lights.pop_back();
+      region_of_light_.pop_back();
     }
-    lights.insert(std::upper_bound(lights.begin(), lights.end(), light, stronger), light);
+    const auto at = std::upper_bound(lights.begin(), lights.end(), light, stronger);
+    region_of_light_.insert(region_of_light_.begin() + (at - lights.begin()), number_);
+    lights.insert(at, light);
   }
-  if (!first_region && brightest.angular_radius_rad <= kWidest && !lights.empty() &&
-      std::none_of(lights.begin(), lights.end(), [&](const Light& l) { return l == brightest; }))
+  if (first_region || brightest.angular_radius_rad > kWidest) return -1;
+  auto at = std::find(lights.begin(), lights.end(), brightest);
+  if (at == lights.end()) {
+    // Weaker than all that found room.
     lights.back() = brightest;
-
-  // Bright blocks beside no region, strongest first, as far as the room goes.
-  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return b < a; });
-  for (const Candidate& c : candidates_) load(reader, c.block);
-  centroids(sums, grid, moved);
+    region_of_light_.back() = 1;
+    at = lights.end() - 1;
+  }
+  return static_cast<int>(at - lights.begin());
 }
 
 }  // namespace lightwell::estimate

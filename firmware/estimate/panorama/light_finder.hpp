@@ -4,6 +4,9 @@
 // the pixels connected (eight neighbours, across seam, poles and lenses) to its peak with at least half the peak's
 // luminance; its direction is the centroid of that region, weighted by luminance and solid angle.
 // Its energy is gathered further down, to kSkirt of the peak, as a lens and a lamp's own glow spread it.
+//
+// Regions are first walked block by block, which bounds what they can give: a spot too faint to matter costs no pixel. A
+// compact one is walked pixel by pixel; a wide one (a sky, a lit wall) is told well enough by the moments of its blocks.
 #pragma once
 
 #include <cstdint>
@@ -23,14 +26,22 @@ class LightFinder {
  public:
   LightFinder(const RigTable& table, const BlockLayout& layout);
 
-  /// Fills `lights` (strongest first, at most config.max_lights, no tracks yet) and `moved`: the blocks whose light
-  /// does not sit evenly, with its centroid. Only bright blocks are read again. `mean_luminance` is that of what the
-  /// rig sees.
-  void find(RowReader& reader, const BlockSums& sums, const CellGrid& grid, float mean_luminance,
-            const EstimatorConfig& config, std::vector<Light>& lights, std::vector<CellGrid::Moved>& moved);
+  /// Fills `lights`: strongest first, at most config.max_lights, no tracks yet. Only bright blocks are read again.
+  /// `mean_luminance` is that of what the rig sees. Returns which of them is the region with the brightest pixel, or -1
+  /// where that is too wide to be a light.
+  int find(RowReader& reader, const BlockSums& sums, const CellGrid& grid, float mean_luminance,
+            const EstimatorConfig& config, std::vector<Light>& lights);
+
+  /// After find(): takes the light of lights[k], as find() left them, out of the blocks that it came from.
+  void take_out(std::size_t k, std::span<CellSum> sums) const;
 
  private:
   using PixelId = std::uint32_t;  ///< Of all lenses one after another.
+  struct Part {
+    std::uint32_t block;
+    std::uint8_t region;
+    CellSum light;
+  };
   struct Candidate {
     float peak;
     std::uint32_t block;
@@ -47,13 +58,22 @@ class LightFinder {
     PixelId id;
     PixelLight light;
   };
+  /// Sums over a region as they grow.
+  struct Gathered {
+    Vec3d toward;
+    double irradiance[3] = {};
+    double weight = 0, spread = 0;
+  };
 
+  void plan_neighbours();
   void load(RowReader& reader, std::uint32_t block);
   [[nodiscard]] PixelId id_of(int lens, int x, int y) const;
-  /// Its light, reading its block first where that has not happened; darkness where the room for blocks is used up.
-  [[nodiscard]] PixelLight light_of(RowReader& reader, PixelPlace p);
+  [[nodiscard]] PixelPlace peak_pixel(std::uint32_t block, float& peak) const;
   template <class Visit>
   void for_neighbours(PixelPlace p, Visit&& visit) const;
+  /// Fills flood_ with the blocks connected to `block` (itself first) whose peak is at least `floor`, within cos_reach
+  /// of it; stops at kMostFlood. Returns their luminance together.
+  double flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, float cos_reach);
   void claim(PixelPlace place, PixelId id, const PixelLight& light);
   /// Adds to the region all that is connected to it, at least `floor` bright and within `cos_reach` of `axis`.
   void grow(RowReader& reader, float floor, Vec3f axis, float cos_reach);
@@ -61,25 +81,37 @@ class LightFinder {
   [[nodiscard]] float solid_angle(const RegionPixel& pixel) const;
   /// Centroid of the first `core` pixels of the region; zero where they are dark.
   [[nodiscard]] Vec3d core_direction(std::size_t core) const;
-  /// The light of the whole region, in the direction of its first `core` pixels.
-  [[nodiscard]] Light measure(std::size_t core, Vec3d axis, int pixels_per_color) const;
-  void centroids(const BlockSums& sums, const CellGrid& grid, std::vector<CellGrid::Moved>& moved) const;
+  /// Whole blocks of flood_ that are bright all over, about `axis`.
+  void gather_blocks(const BlockSums& sums, const CellGrid& grid, float floor, Vec3d axis, Gathered& out);
+  void gather_pixels(Vec3d axis, Gathered& out);
+  void note(std::uint32_t block, const CellSum& light);
+  [[nodiscard]] Light region_light(RowReader& reader, const BlockSums& sums, const CellGrid& grid, std::uint32_t block,
+                                   PixelPlace peak_at, float peak, float skirt, bool compact);
 
   const RigTable& table_;
   const BlockLayout& layout_;
   std::vector<PixelId> lens_first_;
+  /// Blocks beside each block, across seams, poles and lenses: first_[b] to first_[b + 1] of beside_.
+  std::vector<std::uint32_t> beside_first_, beside_;
   std::vector<std::uint8_t> claimed_;  ///< 0, or the number of the region that a pixel belongs to.
+  std::vector<std::uint8_t> owner_;    ///< The same of whole blocks.
+  std::vector<std::uint32_t> owned_;   ///< Blocks with an owner.
   std::uint8_t number_ = 0;            ///< Of the region that grows, from 1.
   std::uint8_t parent_ = 0;            ///< The strongest earlier region that it touches, or 0.
   std::vector<float> region_irradiance_;
+  std::vector<Part> parts_;                  ///< Of all regions, by ascending region.
+  std::vector<std::uint8_t> region_of_light_;
   std::vector<RegionPixel> region_;
   std::vector<PixelId> all_claimed_;
   std::vector<Candidate> candidates_;
+  std::vector<std::uint32_t> flood_, flood_mark_;
+  std::uint32_t flood_number_ = 0;
   std::vector<std::int32_t> slot_of_block_;
   std::vector<std::uint32_t> loaded_;
   std::vector<PixelLight> pool_;  ///< edge² entries a slot.
   LinearRow row_;
   std::size_t slots_;
+  std::size_t compact_blocks_ = 0;
 };
 
 }  // namespace lightwell::estimate

@@ -5,14 +5,19 @@
 #include <limits>
 #include <lightwell/codec.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "calibration/lens_table.hpp"
+#include "estimate/common/chooser.hpp"
 #include "estimate/common/decompose.hpp"
+#include "estimate/common/environment.hpp"
+#include "estimate/common/flicker.hpp"
 #include "estimate/common/light_tracker.hpp"
-#include "estimate/panorama/blocks.hpp"
-#include "estimate/panorama/light_finder.hpp"
+#include "estimate/common/smoother.hpp"
+#include "estimate/panorama/clipped_lights.hpp"
 #include "estimate/panorama/row_reader.hpp"
+#include "estimate/panorama/stage.hpp"
 
 namespace lightwell {
 namespace {
@@ -20,7 +25,9 @@ namespace {
 using namespace estimate;
 
 constexpr double kSphere = 4 * std::numbers::pi;
+/// Edge of a block at `balanced`; `fast` takes twice that, `exact` half.
 constexpr double kBlockRad = 1.6 * std::numbers::pi / 180;
+constexpr int kWidestBlock = 16;
 
 /// Relative error of the irradiance of a smooth sphere through pixels and blocks of finite size; measured on the eight
 /// panoramas, see estimate/README.md.
@@ -28,18 +35,15 @@ constexpr double kSmoothSampling = 1e-3;
 /// What pixels themselves cost: edges of what is bright fall anywhere within them. Relative error per square radian.
 constexpr double kPixelSampling = 0.5;
 
-/// Side of a pixel of mean solid angle, rad.
-double pixel_side(const RigTable& table) {
-  double pixels = 0;
-  for (const LensTable& lens : table.lenses)
-    for (const float sr : lens.solid_angle) pixels += sr > 0 ? 1 : 0;
-  return std::sqrt(table.covered_sr / std::max(1.0, pixels));
-}
+/// Of the sampling part of the bound, which sums amounts, what is to be expected.
+constexpr double kExpectedSampling = 0.3;
+/// A bracket counts as moved from this share of its light on: below, it hardly is an error.
+constexpr double kMovedShare = 0.005;
 
 /// The power of two nearest to kBlockRad in pixels of this rig.
 int default_edge(const RigTable& table) {
   const double exponent = std::round(std::log2(std::max(1.0, kBlockRad / pixel_side(table))));
-  return 1 << static_cast<int>(std::clamp(exponent, 0.0, 6.0));
+  return std::min(kWidestBlock, 1 << static_cast<int>(std::clamp(exponent, 0.0, 6.0)));
 }
 
 /// What three deviations of the lights' directions do to the irradiance. Moving a light by delta changes the irradiance
@@ -62,70 +66,113 @@ class PanoramaEstimator final : public Estimator {
   PanoramaEstimator(const RigParameters& rig, RigTable table, const PanoramaOptions& options)
       : rig_(rig),
         table_(std::move(table)),
-        layout_(table_, options.block_edge > 0 ? options.block_edge : default_edge(table_)),
-        grid_(layout_.make_grid(table_)),
         reader_(rig_, table_),
-        pass_(table_, layout_),
-        sums_(layout_.size()),
-        finder_(table_, layout_),
+        clipped_finder_(table_),
         config_(options.config),
         pixel_rad_(pixel_side(table_)),
         probe_id_(options.probe_id),
         calibration_id_(calibration_identity(rig)) {
     if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
-    moved_.reserve(layout_.size());
-    lights_.reserve(kMaxLights + 1);
+    const int edge = options.block_edge > 0 ? options.block_edge : default_edge(table_);
+    // Finest first: the others are merged from it.
+    exact_ = std::make_unique<Stage>(rig_, table_, std::max(edge / 2, 1), nullptr);
+    if (edge > 1) balanced_ = std::make_unique<Stage>(rig_, table_, edge, exact_.get());
+    if (edge < kWidestBlock)
+      fast_ = std::make_unique<Stage>(rig_, table_, 2 * edge, balanced_ ? balanced_.get() : exact_.get());
+    seen_.lights.reserve(kMaxLights + 1);
+    clipped_tracks_.reserve(kMaxLights + 1);
+    clipped_.reserve(kMaxLights + 1);
+    if (options.grey_patch) patch_.emplace(*options.grey_patch, table_), patch_normal_ = options.grey_patch->normal;
+    plan_maps();
+    for (const Stage* s : {exact_.get(), balanced_.get(), fast_.get()})
+      if (s != nullptr) rest_.reserve(std::max(rest_.capacity(), s->cell_directions().size()));
+    for (std::size_t lens = 0; lens < table_.lenses.size(); ++lens)
+      profile_[lens].reserve(static_cast<std::size_t>(table_.lenses[lens].height));
   }
 
   Status estimate(std::span<const Frame> bracket, Descriptor& out) override;
 
   Status configure(const EstimatorConfig& config) override {
     if (Status s = config.validate(); !s.ok()) return s;
+    const bool other_maps =
+        config.environment_edge != config_.environment_edge || config.environment_rate != config_.environment_rate;
     config_ = config;
+    if (other_maps) plan_maps();
     return {};
   }
 
-  void set_scale(RadianceScale scale) override { scale_ = scale; }
+  void set_scale(RadianceScale scale) override {
+    scale_ = scale;
+    smoother_.reset();
+    recovery_ = {};
+  }
   RadianceScale scale() const override { return scale_; }
+  std::span<const ClippedLight> clipped_lights() const override { return clipped_; }
+  void set_recovery(const Recovery& recovery) override { recovery_ = recovery; }
 
  private:
-  void judge(const Decomposition& parts, Descriptor& out) const;
-  [[nodiscard]] double unevenly_filled() const;
+  /// All that one setting needs.
+  struct Look {
+    Stage* stage;
+    std::optional<EnvironmentMapper>* mapper;
+  };
+  /// Where pixels are too coarse for three sizes of blocks, the next finer one stands in.
+  Look look() {
+    if (config_.setting == Setting::fast && fast_) return {fast_.get(), &mappers_[2]};
+    if (config_.setting != Setting::exact && balanced_) return {balanced_.get(), &mappers_[1]};
+    return {exact_.get(), &mappers_[0]};
+  }
+  void plan_maps();
+  void make_map(const Look& look, Descriptor& out);
+  [[nodiscard]] Flicker watch_flicker(const Stage& stage, std::span<const Frame> bracket);
+  void find_errors(const Stage& stage, Descriptor& out);
+  void find_clipped(const Stage& stage);
+  void recover_clipped(const Stage& stage, Descriptor& out);
+  void judge(const Stage& stage, const IrradianceRms& smoothed, Descriptor& out) const;
 
   RigParameters rig_;
   RigTable table_;
-  BlockLayout layout_;
-  CellGrid grid_;
   RowReader reader_;
-  BlockPass pass_;
-  BlockSums sums_;
-  LightFinder finder_;
+  ClippedLights clipped_finder_;
+  std::unique_ptr<Stage> exact_, balanced_, fast_;
+  std::array<std::optional<EnvironmentMapper>, 3> mappers_;  ///< Of exact_, balanced_, fast_.
+  const std::optional<EnvironmentMapper>* last_mapper_ = nullptr;
+  FlickerDetector flicker_;
+  const Stage* flicker_stage_ = nullptr;
+  std::array<std::vector<float>, kMaxLenses> profile_;
+  std::vector<CellSum> rest_;
   LightTracker tracker_;
+  Smoother smoother_;
+  Chooser chooser_;
   EstimatorConfig config_;
   RadianceScale scale_;
   double pixel_rad_;
   std::uint32_t probe_id_, calibration_id_;
-  Projection projection_;
-  std::vector<CellGrid::Moved> moved_;
-  std::vector<Light> lights_;
+  Seen seen_;
+  Chosen chosen_;
+  /// Relative to the RMS irradiance: noise of one deviation, what hides near black, the bound's sampling part.
+  double rms_ = 0, spread_ = 0, hidden_ = 0, sampling_ = 0;
+  std::optional<GreyPatchReader> patch_;
+  Vec3f patch_normal_;
+  std::vector<std::uint32_t> clipped_tracks_;
+  std::vector<ClippedLight> clipped_;  ///< Of the last estimate.
+  Recovery recovery_;
+  double unsure_ = 0;  ///< Relative to the RMS irradiance: of what was recovered.
 };
 
 Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
-  pass_.run(reader_, sums_);
-  double luminance = 0;
-  for (const CellSum& s : sums_.sum) luminance += s.luminance();
-  const double seen = std::max(grid_.covered_sr(), 1e-12);
-  finder_.find(reader_, sums_, grid_, static_cast<float>(luminance / seen), config_, lights_, moved_);
-  grid_.project(sums_.sum, moved_, projection_);
+  const Look look = this->look();
+  Stage& stage = *look.stage;
+  stage.look(reader_, bracket, config_, seen_);
 
   // Scaled before anything else is derived, so that lights, rest and bound speak of the same units.
   const auto factor = static_cast<float>(scale_.factor);
-  for (auto& c : projection_.c)
+  for (auto& c : seen_.projection.c)
     for (double& v : c) v *= scale_.factor;
-  for (Light& light : lights_) light.irradiance = light.irradiance * factor;
-  const Decomposition parts = decompose(projection_, lights_, config_.band);
-  tracker_.assign(lights_);
+  for (Light& light : seen_.lights) light.irradiance = light.irradiance * factor;
+  tracker_.assign(seen_.lights);
+  find_clipped(stage);
 
   const FrameInfo& first = bracket.front().info;
   const FrameInfo& last = bracket.back().info;
@@ -135,63 +182,156 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   out.time.delivered_after = last.delivered - out.time.mid_exposure;
   out.time.encoded_after = out.time.delivered_after;
   out.units = scale_.units;
-  out.radiance = parts.rest;
-  out.lights.assign(lights_.begin(), lights_.end());
-  out.environment.reset();
-  out.coverage = static_cast<float>(std::clamp(grid_.covered_sr() / kSphere, 0.0, 1.0));
-  out.saturated = static_cast<float>(std::clamp(sums_.clipped_sr / seen, 0.0, 1.0));
+
+  // Independent noise of pixels reaches the irradiance through the mean square of a clipped cosine, 1/6.
+  const double noise_rms = std::sqrt(stage.sums().noise / 6) * scale_.factor;
+  IrradianceRms smoothed;
+  if (config_.smoothing == Smoothing::one_euro)
+    smoothed = smoother_.apply(seen_.projection, seen_.lights, out.time.mid_exposure, noise_rms);
+
+  find_errors(stage, out);
+  const ChoiceLimits limits{config_.band,    config_.max_lights,       config_.epsilon,
+                            config_.radiance_epsilon, std::hypot(spread_, kExpectedSampling * sampling_)};
+  chooser_.choose(seen_.projection, seen_.lights, seen_.lamp, limits, out.lights, chosen_);
+  out.radiance = chosen_.rest;
+  out.radiance_step = chosen_.step;
+  make_map(look, out);
+  out.coverage = static_cast<float>(std::clamp(seen_.seen_sr / kSphere, 0.0, 1.0));
+  out.saturated = static_cast<float>(std::clamp(stage.sums().clipped_sr / std::max(seen_.seen_sr, 1e-12), 0.0, 1.0));
   out.probe_id = probe_id_;
   out.calibration_id = calibration_id_;
-  judge(parts, out);
+  out.setting = config_.setting;
+  out.flicker = watch_flicker(stage, bracket);
+  recover_clipped(stage, out);
+  judge(stage, smoothed, out);
   return {};
 }
 
-/// Luminance times the angle by which it sits beside the middle of its block, summed over the blocks that were taken as
-/// evenly filled. Moving energy by an angle changes the irradiance by no more than misplaced() says, whichever way
-/// it goes: a sum of amounts bounds the amount of the sum.
-double PanoramaEstimator::unevenly_filled() const {
-  double sum = 0;
-  std::size_t next = 0;
-  for (std::size_t block = 0; block < sums_.sum.size(); ++block) {
-    if (next < moved_.size() && moved_[next].cell == block) {
-      ++next;
-      continue;
-    }
-    const double luminance = sums_.sum[block].luminance();
-    if (luminance > 0) sum += luminance * std::hypot(sums_.offset_x[block], sums_.offset_y[block]);
+void PanoramaEstimator::plan_maps() {
+  const Stage* stages[] = {exact_.get(), balanced_.get(), fast_.get()};
+  for (std::size_t k = 0; k < mappers_.size(); ++k) {
+    mappers_[k].reset();
+    if (config_.environment_edge == 0 || stages[k] == nullptr) continue;
+    mappers_[k].emplace(stages[k]->cell_directions(), stages[k]->cell_solid_angles(), config_.environment_edge,
+                        EnvironmentUpdateOptions{.rate_hz = config_.environment_rate});
   }
-  return sum * pixel_rad_ * scale_.factor;
+  last_mapper_ = nullptr;
 }
 
-void PanoramaEstimator::judge(const Decomposition& parts, Descriptor& out) const {
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+void PanoramaEstimator::make_map(const Look& look, Descriptor& out) {
+  if (!*look.mapper) {
+    out.environment.reset();
+    return;
+  }
+  EnvironmentMapper& mapper = **look.mapper;
+  // Changes are told relative to maps of the same mapper.
+  if (last_mapper_ != look.mapper) {
+    out.environment.reset();
+    last_mapper_ = look.mapper;
+  }
+  rest_.clear();
+  if (mapper.due(out.time.mid_exposure)) {
+    std::array<std::size_t, kMaxLights> kept{};
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < seen_.lights.size(); ++k)
+      for (const Light& light : out.lights)
+        if (light.track == seen_.lights[k].track && count < kept.size()) kept[count++] = k;
+    look.stage->rest_of_cells({kept.data(), count}, rest_);
+  }
+  mapper.update(rest_, scale_.factor, out.time.mid_exposure, out.environment);
+}
+
+Flicker PanoramaEstimator::watch_flicker(const Stage& stage, std::span<const Frame> bracket) {
+  // A merged bracket has no one time for its rows; and blocks of another size are other pixels.
+  if (bracket.size() > 1) return Flicker::unknown;
+  if (flicker_stage_ != &stage) flicker_.reset();
+  flicker_stage_ = &stage;
+  std::array<RowProfile, kMaxLenses> rows;
+  const std::size_t lenses = bracket[0].views().size();
+  if (lenses != table_.lenses.size()) return flicker_.state();
+  for (std::size_t lens = 0; lens < lenses; ++lens) {
+    stage.row_profile(static_cast<int>(lens), profile_[lens]);
+    rows[lens] = {profile_[lens], table_.lenses[lens].height, stage.layout().edge()};
+  }
+  return flicker_.add(bracket[0].info, {rows.data(), lenses});
+}
+
+/// What is known of this frame's errors before anything is chosen.
+void PanoramaEstimator::find_errors(const Stage& stage, Descriptor& out) {
   out.flags = {};
-  out.bound = {};
-  if (!grid_.whole_sphere()) out.flags.set(Flag::unseen);
-  if (sums_.clipped_sr > 0) out.flags.set(Flag::clipped);
-  if (sums_.counts.cleaned > 0) out.flags.set(Flag::cleaned);
-  const double rms = std::min(parts.whole.plain, parts.whole.weighted);
-  if (!(rms > 0)) {
+  const BlockSums& sums = stage.sums();
+  if (seen_.seen_sr < kWholeSphere * kSphere) out.flags.set(Flag::unseen);
+  if (seen_.filled) out.flags.set(Flag::filled);
+  if (sums.clipped_sr > 0) out.flags.set(Flag::clipped);
+  if (sums.counts.cleaned > 0) out.flags.set(Flag::cleaned);
+  const auto& mean = seen_.projection.c[0];
+  const double luminance = std::sqrt(kSphere) * (kLuminanceWeights[0] * mean[0] + kLuminanceWeights[1] * mean[1] + kLuminanceWeights[2] * mean[2]);
+  if (sums.moved_light * scale_.factor > kMovedShare * luminance) out.flags.set(Flag::moved);
+  const IrradianceRms whole = irradiance_rms(seen_.projection);
+  rms_ = std::min(whole.plain, whole.weighted);
+  if (!(rms_ > 0)) {
     out.flags.set(Flag::dark);
+    spread_ = hidden_ = sampling_ = 0;
+    return;
+  }
+  spread_ = std::sqrt(sums.noise / 6) * scale_.factor / rms_;
+  // A radiance that is hidden everywhere alike is a quarter of its integral in irradiance.
+  hidden_ = sums.bias / 4 * scale_.factor / rms_;
+  sampling_ = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
+              (stage.grid().fitted() ? 0 : stage.grid().unevenness()) +
+              seen_.uneven * scale_.factor / std::sqrt(6.0) / rms_;
+}
+
+void PanoramaEstimator::find_clipped(const Stage& stage) {
+  clipped_tracks_.clear();
+  if (!(stage.sums().clipped_sr > 0)) return;
+  clipped_finder_.find(reader_, stage.layout(), stage.sums(), seen_.lights, clipped_tracks_);
+  // Only what is sent as a light of its own can be made stronger.
+  if (!clipped_tracks_.empty())
+    for (std::size_t k = seen_.lights.size(); k-- > 0;)
+      if (seen_.lights[k].track == clipped_tracks_.front()) seen_.lamp = static_cast<int>(k);
+}
+
+void PanoramaEstimator::recover_clipped(const Stage& stage, Descriptor& out) {
+  clipped_.clear();
+  for (const std::uint32_t track : clipped_tracks_)
+    for (const Light& light : out.lights)
+      if (light.track == track) clipped_.push_back({track, light.irradiance});
+  if (clipped_.size() != clipped_tracks_.size()) clipped_.clear();
+  if (patch_ && !clipped_.empty()) {
+    const std::optional<double> e = patch_->irradiance(reader_, stage.layout());
+    // A patch that does not tell leaves what is known.
+    if (e) (void)recover(out, clipped_, {patch_normal_, *e * scale_.factor}, recovery_);
+  }
+  const Recovered recovered = apply(recovery_, clipped_, out);
+  // A light reaches the irradiance through the mean square of a clipped cosine.
+  unsure_ = rms_ > 0 ? recovered.uncertainty / std::sqrt(6.0) / rms_ : 0;
+  if (recovered.all) out.flags.set(Flag::recovered);
+}
+
+void PanoramaEstimator::judge(const Stage&, const IrradianceRms& smoothed, Descriptor& out) const {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  out.bound = {};
+  if (out.flags.has(Flag::dark)) {
     out.bound.total = static_cast<float>(kInfinite);
     return;
   }
-  // Independent noise of pixels reaches the irradiance through the mean square of a clipped cosine, 1/6.
-  const double spread = std::sqrt(sums_.noise / 6) * scale_.factor / rms;
-  // A radiance that is hidden everywhere alike is a quarter of its integral in irradiance.
-  const double noise = 3 * spread + sums_.bias / 4 * scale_.factor / rms;
-  const double truncation = relative(parts.truncation, parts.whole);
-  const double sampling = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
-                          (grid_.fitted() ? 0 : grid_.unevenness()) + unevenly_filled() / std::sqrt(6.0) / rms +
-                          relative(misplaced(out.lights), parts.whole);
-  const double quantization = wire_error(out, rms);
+  const double noise = 3 * spread_ + hidden_;
+  const double truncation = relative(chosen_.truncation, chosen_.whole);
+  const double sampling = sampling_ + relative(misplaced(out.lights), chosen_.whole) + unsure_;
+  const double quantization = wire_error(out, rms_);
+  // Smoothing takes noise out; of what it left out no more than the noise can be light.
+  const double smoothing = std::max(0.0, relative(smoothed, chosen_.whole) - 3 * spread_);
   out.bound.truncation = static_cast<float>(truncation);
   out.bound.sampling = static_cast<float>(sampling);
   out.bound.noise = static_cast<float>(noise);
   out.bound.quantization = static_cast<float>(quantization);
+  out.bound.smoothing = static_cast<float>(smoothing);
   // The parts may have causes in the same scene: they add up.
-  const bool unbounded = out.flags.has(Flag::unseen) || out.flags.has(Flag::clipped);
-  out.bound.total = static_cast<float>(unbounded ? kInfinite : truncation + sampling + noise + quantization);
+  const bool unbounded =
+      out.flags.has(Flag::unseen) || (out.flags.has(Flag::clipped) && !out.flags.has(Flag::recovered));
+  out.bound.total =
+      static_cast<float>(unbounded ? kInfinite : truncation + sampling + noise + quantization + smoothing);
 }
 
 }  // namespace
@@ -199,9 +339,11 @@ void PanoramaEstimator::judge(const Decomposition& parts, Descriptor& out) const
 Result<std::unique_ptr<Estimator>> make_panorama_estimator(const RigParameters& rig, const PanoramaOptions& options) {
   if (Status s = options.config.validate(); !s.ok()) return s;
   const int edge = options.block_edge;
-  if (edge < 0 || edge > 64 || (edge & (edge - 1)) != 0)
+  if (edge < 0 || edge > kWidestBlock || (edge & (edge - 1)) != 0)
     return Status(StatusCode::invalid_argument, "block_edge is " + std::to_string(edge) +
-                                                    "; it must be 0 or a power of two up to 64");
+                                                    "; it must be 0 or a power of two up to 16");
+  if (options.grey_patch)
+    if (Status s = options.grey_patch->validate(rig); !s.ok()) return s;
   Result<RigTable> table = make_rig_table(rig);
   if (!table) return table.status();
   if (!(table->covered_sr > 0))

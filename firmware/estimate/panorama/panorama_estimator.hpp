@@ -4,8 +4,10 @@
 #include <memory>
 
 #include <lightwell/calibration.hpp>
+#include <optional>
 
 #include "estimate/estimator.hpp"
+#include "estimate/panorama/grey_patch.hpp"
 
 namespace lightwell {
 
@@ -14,6 +16,8 @@ struct PanoramaOptions {
   std::uint32_t probe_id = 0;
   /// Pixels of a block's edge, a power of two. 0: about 1.6 degrees. Larger is faster; the bound's sampling part grows.
   int block_edge = 0;
+  /// Where there is one, the energy of clipped lights is recovered from it in every frame.
+  std::optional<GreyPatch> grey_patch;
 };
 
 /// invalid_argument for a rig or options that are impossible. Takes about half a second for two million pixels.

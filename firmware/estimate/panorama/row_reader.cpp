@@ -6,11 +6,10 @@
 #include <string>
 
 #include "calibration/response.hpp"
+#include "estimate/panorama/blocks.hpp"
 
 namespace lightwell::estimate {
 namespace {
-
-constexpr int kFineLevels = 1024;
 
 std::uint16_t word(const std::byte* at) {
   return static_cast<std::uint16_t>(std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8);
@@ -43,8 +42,7 @@ RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig
   std::size_t widest = 0;
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& p = lens.photometry;
-    // Luma has 219 steps where the fine table has 1023.
-    tables_.push_back({{p, 256, 1}, {p, 1024, 1}, {p, 4096, 1}, {p, kFineLevels, 1023.0F / 219}});
+    tables_.push_back({{p, 256, 1}, {p, 1024, 1}, {p, 4096, 1}});
     widest = std::max(widest, static_cast<std::size_t>(lens.width));
   }
   for (auto& x : x_) x.resize(widest);
@@ -57,8 +55,9 @@ RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig
 Status RowReader::bind(std::span<const Frame> bracket) {
   if (bracket.empty() || bracket.size() > kMaxBracket) return misfit("a bracket has 1 to 8 exposures");
   exposure_count_ = 0;
+  layout_ = nullptr;
   for (const Frame& frame : bracket) {
-    if (frame.views().size() != rig_.lenses.size())
+    if (frame.views().empty() || frame.views().size() > rig_.lenses.size())
       return misfit("it has " + std::to_string(frame.views().size()) + " views, the calibration " +
                     std::to_string(rig_.lenses.size()) + " lenses");
     Exposure& e = exposures_[exposure_count_++];
@@ -77,10 +76,12 @@ Status RowReader::bind(std::span<const Frame> bracket) {
         return misfit(std::string(to_string(v.format)) + " needs an even size");
       if (v.stride < packed_stride(v.format, v.width) || v.data.size() < picture_bytes(v.format, v.stride, v.height))
         return misfit("its data is shorter than its size says");
+      if ((lenses_seen >> v.lens & 1U) != 0) return misfit("the same lens came twice");
       lenses_seen |= 1U << v.lens;
       e.view[static_cast<std::size_t>(v.lens)] = v;
     }
-    if (lenses_seen + 1 != 1U << rig_.lenses.size()) return misfit("the same lens came twice");
+    if (exposure_count_ > 1 && lenses_seen != lenses_seen_) return misfit("a bracket's exposures are of different lenses");
+    lenses_seen_ = lenses_seen;
     const double exposure = frame.info.exposure_s * frame.info.gain;
     if (!(exposure > 0) || !std::isfinite(exposure))
       return misfit("exposure_s * gain is " + std::to_string(exposure) + "; it must be positive and finite");
@@ -88,10 +89,17 @@ Status RowReader::bind(std::span<const Frame> bracket) {
     if (!(e.radiance_per_linear > 0) || !std::isfinite(e.radiance_per_linear))
       return misfit("exposure_s * gain is out of range");
   }
+  std::sort(exposures_.begin(), exposures_.begin() + static_cast<std::ptrdiff_t>(exposure_count_),
+            [](const Exposure& a, const Exposure& b) { return a.radiance_per_linear > b.radiance_per_linear; });
   return {};
 }
 
-void RowReader::load(const View& view, const Tables& tables, int y, int first, int end) {
+void RowReader::take_by_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures) {
+  layout_ = &layout;
+  taken_ = exposures;
+}
+
+void RowReader::load(const View& view, const Tables& tables, int y, int first, int end, bool shared) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto row = [&view](int j) { return view.data.data() + static_cast<std::size_t>(j) * view.stride; };
   float* __restrict x0 = x_[0].data();
@@ -107,11 +115,15 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     saturated[i] = top >= table.saturated_from ? 1 : 0;
     steps[i] = table.step[top];
   };
-  const auto put_ycbcr = [&](std::size_t i, std::byte luma, std::byte cb, std::byte cr) {
-    const std::array<float, 3> v = rgb_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb),
-                                                   std::to_integer<int>(cr));
-    const auto code = [](float u) { return static_cast<unsigned>(u * (kFineLevels - 1) + 0.5F); };
-    put_code(i, tables.fine, code(v[0]), code(v[1]), code(v[2]));
+  const auto put_ycbcr = [&](std::size_t i, std::byte luma, std::byte most_luma, std::byte cb, std::byte cr) {
+    const std::array<std::uint8_t, 3> v = rgb8_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb),
+                                                          std::to_integer<int>(cr));
+    put_code(i, tables.code8, v[0], v[1], v[2]);
+    if (!shared) return;
+    // With one colour, the pixel with the most luma has the largest codes.
+    const std::array<std::uint8_t, 3> most = rgb8_of_ycbcr601(std::to_integer<int>(most_luma), std::to_integer<int>(cb),
+                                                             std::to_integer<int>(cr));
+    saturated[i] = std::max({most[0], most[1], most[2]}) >= tables.code8.saturated_from ? 1 : 0;
   };
   switch (view.format) {
     case PixelFormat::rgb8: {
@@ -123,10 +135,14 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     }
     case PixelFormat::nv12: {
       const std::byte* luma = row(y);
+      const std::byte* upper = row(y & ~1);
+      const std::byte* lower = row(y | 1);
       const std::byte* chroma = row(view.height + y / 2);
       for (std::size_t i = 0; i < n; ++i) {
         const std::size_t x = static_cast<std::size_t>(first) + i;
-        put_ycbcr(i, luma[x], chroma[x & ~std::size_t{1}], chroma[x | 1]);
+        const std::size_t left = x & ~std::size_t{1};
+        put_ycbcr(i, luma[x], std::max({upper[left], upper[left + 1], lower[left], lower[left + 1]}), chroma[left],
+                  chroma[left + 1]);
       }
       return;
     }
@@ -134,23 +150,26 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
       const std::byte* at = row(y);
       for (std::size_t i = 0; i < n; ++i) {
         const std::size_t x = static_cast<std::size_t>(first) + i, pair = x / 2 * 4;
-        put_ycbcr(i, at[2 * x], at[pair + 1], at[pair + 3]);
+        put_ycbcr(i, at[2 * x], std::max(at[pair], at[pair + 2]), at[pair + 1], at[pair + 3]);
       }
       return;
     }
+    case PixelFormat::bayer_rggb8:
     case PixelFormat::bayer_rggb10:
     case PixelFormat::bayer_rggb12: {
       // Each photosite stands for its 2x2 quad: energy and centroid of the quad are exact.
-      const CodeTable& table = view.format == PixelFormat::bayer_rggb10 ? tables.code10 : tables.code12;
+      const bool bytes = view.format == PixelFormat::bayer_rggb8;
+      const CodeTable& table = bytes ? tables.code8 : view.format == PixelFormat::bayer_rggb10 ? tables.code10 : tables.code12;
       const auto top = static_cast<unsigned>(table.linear.size() - 1);
       const std::byte* upper = row(y & ~1);
       const std::byte* lower = row(y | 1);
       for (std::size_t i = 0; i < n; ++i) {
         const std::size_t x = (static_cast<std::size_t>(first) + i) & ~std::size_t{1};
-        const unsigned red = std::min<unsigned>(word(upper + 2 * x), top);
-        const unsigned green1 = std::min<unsigned>(word(upper + 2 * x + 2), top);
-        const unsigned green2 = std::min<unsigned>(word(lower + 2 * x), top);
-        const unsigned blue = std::min<unsigned>(word(lower + 2 * x + 2), top);
+        const auto site = [&](const std::byte* row_at, std::size_t column) {
+          return bytes ? std::to_integer<unsigned>(row_at[column]) : std::min<unsigned>(word(row_at + 2 * column), top);
+        };
+        const unsigned red = site(upper, x), green1 = site(upper, x + 1);
+        const unsigned green2 = site(lower, x), blue = site(lower, x + 1);
         put_code(i, table, red, std::max(green1, green2), blue);
         x1[i] = 0.5F * (table.linear[green1] + table.linear[green2]);
       }
@@ -170,20 +189,21 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
   }
 }
 
-float RowReader::hidden(float x, float step, float read_noise) {
+float hidden_light(float x, float step, float cut_noise) {
   // Rounding errors cancel over many pixels once values spread over several codes, or noise spreads them; below, all
   // pixels may be off by the same half step. Noise that is cut off at zero adds up to 0.4 deviations.
-  const float rounding = x < 4 * step && read_noise < step ? 0.5F * step : 0;
-  const float cut = x < 2 * read_noise ? 0.4F * read_noise : 0;
+  const float rounding = x < 4 * step && cut_noise < step ? 0.5F * step : 0;
+  const float cut = x < 2 * cut_noise ? 0.4F * cut_noise : 0;
   return rounding + cut;
 }
 
 int RowReader::pixels_per_color() const {
-  switch (exposures_[0].view[0].format) {
+  switch (exposures_[0].view[has(0) ? 0 : 1].format) {
     case PixelFormat::rgb8:
     case PixelFormat::rgb_f32: return 1;
     case PixelFormat::yuyv: return 2;
     case PixelFormat::nv12:
+    case PixelFormat::bayer_rggb8:
     case PixelFormat::bayer_rggb10:
     case PixelFormat::bayer_rggb12: return 4;
   }
@@ -197,6 +217,7 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
   const PhotometricCalibration& photometry = rig_.lenses[at].photometry;
   // Floats are radiance already: a lens's and a sensor's ways have been taken off them.
   const bool radiance_already = exposures_[0].view[at].format == PixelFormat::rgb_f32;
+  const std::size_t exposures = layout_ == nullptr ? exposure_count_ : taken_[layout_->block_of(lens, first, y)];
   const float* brighten =
       radiance_already ? ones_.data()
                        : table.inverse_vignetting.data() +
@@ -212,7 +233,7 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
   float* radiance[3] = {out.r.data(), out.g.data(), out.b.data()};
   out.certain = false;
 
-  if (exposure_count_ == 1 && radiance_already) {
+  if (exposures == 1 && radiance_already) {
     // Nothing to look up and nothing to doubt: straight from the picture.
     const View& view = exposures_[0].view[at];
     const float k = exposures_[0].radiance_per_linear;
@@ -226,9 +247,9 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
       b[i] = float_at(in + 8) * k;
     }
     out.certain = true;
-  } else if (exposure_count_ == 1) {
+  } else if (exposures == 1) {
     const Exposure& e = exposures_[0];
-    load(e.view[at], tables_[at], y, first, end);
+    load(e.view[at], tables_[at], y, first, end, exposure_count_ > 1);
     const float k = e.radiance_per_linear;
     for (std::size_t c = 0; c < 3; ++c) {
       const float* __restrict x = x_[c].data();
@@ -242,7 +263,7 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
     for (std::size_t i = 0; i < n; ++i) {
       const float v = read2 + shot * (green[i] > 0 ? green[i] : 0) + step[i] * step[i] * (1.0F / 12);
       variance[i] = v * (k * brighten[i]) * (k * brighten[i]);
-      out.bias[i] = hidden(green[i], step[i], cut_noise) * k * brighten[i];
+      out.bias[i] = hidden_light(green[i], step[i], cut_noise) * k * brighten[i];
     }
     std::copy_n(saturated_.begin(), n, out.clipped.begin());
   } else {
@@ -250,9 +271,9 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
     std::fill_n(weight_.begin(), n, 0.0F);
     std::fill_n(out.bias.begin(), n, 0.0F);
     std::fill_n(out.clipped.begin(), n, std::uint8_t{1});
-    for (std::size_t k = 0; k < exposure_count_; ++k) {
+    for (std::size_t k = 0; k < exposures; ++k) {
       const Exposure& e = exposures_[k];
-      load(e.view[at], tables_[at], y, first, end);
+      load(e.view[at], tables_[at], y, first, end, true);
       const float scale = e.radiance_per_linear;
       for (std::size_t i = 0; i < n; ++i) {
         if (saturated_[i] != 0) {
@@ -265,11 +286,13 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
           out.clipped[i] = 0;
           for (int c = 0; c < 3; ++c) radiance[c][i] = 0;
         }
-        // A floor keeps the weight finite for a camera without stated noise; then all count alike in linear value.
-        const float v = read2 + shot * std::max(0.0F, x_[1][i]) + step_[i] * step_[i] * (1.0F / 12) + 1e-12F;
+        // One weight for the three channels, that of the brightest, so that no exposure tints the others. A floor keeps
+        // it finite for a camera without stated noise; then all count alike in linear value.
+        const float x = std::max({x_[0][i], x_[1][i], x_[2][i], 0.0F});
+        const float v = read2 + shot * x + step_[i] * step_[i] * (1.0F / 12) + 1e-12F;
         const float w = 1 / (v * scale * scale);
         weight_[i] += w;
-        out.bias[i] += w * hidden(x_[1][i], step_[i], cut_noise) * scale;
+        out.bias[i] += w * hidden_light(x_[1][i], step_[i], cut_noise) * scale;
         for (int c = 0; c < 3; ++c) radiance[c][i] += w * x_[c][i] * scale;
       }
     }

@@ -13,6 +13,8 @@
 
 namespace lightwell::estimate {
 
+class BlockLayout;
+
 /// A run of pixels of one row. Planar, so that sums over rows vectorise.
 struct LinearRow {
   std::vector<float> r, g, b;    ///< Radiance in units of (linear value / (exposure_s * gain * vignetting)).
@@ -23,6 +25,10 @@ struct LinearRow {
 
   explicit LinearRow(int width);
 };
+
+/// How much of a linear value near black may be missing or too much for every pixel alike. `step`: to the next code;
+/// `cut_noise`: deviation of noise where it is cut off at black.
+[[nodiscard]] float hidden_light(float x, float step, float cut_noise);
 
 /// What reading found in a bracket.
 struct ReadingCounts {
@@ -37,9 +43,16 @@ class RowReader {
   /// invalid_argument where the frames do not fit the rig or each other. The frames must stay until the next bind().
   [[nodiscard]] Status bind(std::span<const Frame> bracket);
 
+  /// A camera of a pair may be gone: its lens is then not in the bracket.
+  [[nodiscard]] bool has(int lens) const { return (lenses_seen_ >> lens & 1U) != 0; }
+
   /// How many pixels share one sample of colour in the bracket that is bound: where a small light falls within them, its
   /// colour and energy do not tell.
   [[nodiscard]] int pixels_per_color() const;
+
+  /// Until the next bind(), reads take of the block that they begin in only as many of the shortest exposures as
+  /// `exposures` says, and must not reach beyond it. Both must stay until then.
+  void take_by_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures);
 
   /// Pixels [first, end) of row y of a lens into entries 0 to end - first of `out`. Several exposures are merged by the
   /// inverse of each one's variance of radiance (read and shot noise, rounding); saturated values have no weight.
@@ -55,26 +68,27 @@ class RowReader {
     CodeTable(const PhotometricCalibration& photometry, int levels, float values_per_step);
   };
   struct Tables {
-    CodeTable code8, code10, code12, fine;  ///< `fine`: 1023 steps of [0, 1], for values computed from luma and chroma.
+    CodeTable code8, code10, code12;
   };
   struct Exposure {
     std::array<View, kMaxLenses> view;
     float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
   };
 
-  void load(const View& view, const Tables& tables, int y, int first, int end);
+  /// `shared`: pixels that share their colour with a saturated one count as saturated, as it is wrong there.
+  void load(const View& view, const Tables& tables, int y, int first, int end, bool shared);
 
   const RigParameters& rig_;
   const RigTable& table_;
   std::vector<Tables> tables_;
-  std::array<Exposure, kMaxBracket> exposures_{};
+  std::array<Exposure, kMaxBracket> exposures_{};  ///< Shortest first.
   std::size_t exposure_count_ = 0;
+  const BlockLayout* layout_ = nullptr;  ///< Null: all exposures count everywhere.
+  std::span<const std::uint8_t> taken_;
+  unsigned lenses_seen_ = 0;  ///< A bit each.
   // One exposure's linear values, 0 to 1, the size of a value's step and whether it is saturated.
   std::vector<float> x_[3], step_;
   std::vector<std::uint8_t> saturated_;
-  /// How much of a linear value near black may be missing or too much for every pixel alike.
-  [[nodiscard]] static float hidden(float x, float step, float read_noise);
-
   std::vector<float> weight_, ones_;
 };
 

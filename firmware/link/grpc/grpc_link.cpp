@@ -41,6 +41,7 @@ std::string fixed_fields(const v1::Config& config) {
   add(!config.calibration().empty(), "calibration");
   add(config.has_grpc(), "grpc");
   add(config.has_record(), "record");
+  add(config.budget_ms() != 0, "budget_ms");
   return names;
 }
 
@@ -105,6 +106,9 @@ class Service final : public Base {
     c.set_frames_recorded(s.counters.frames_recorded);
     c.set_recording_faults(s.counters.recording_faults);
     c.set_frames_lost(s.counters.frames_lost);
+    c.set_setting_moves(s.counters.setting_moves);
+    c.set_estimates_late(s.counters.estimates_late);
+    c.set_estimates_late_at_fast(s.counters.estimates_late_at_fast);
     // Last, so that what came before does not sit between the clock and the wire.
     response->set_clock_now_ns(static_cast<std::uint64_t>(monotonic_now_ns()));
     return finished(context, {});
@@ -119,12 +123,9 @@ class Service final : public Base {
                                         "configuration file and restart lightwelld"});
     if (!config.has_estimator()) return finished(context, {StatusCode::invalid_argument, "no field is set"});
     // What the request leaves out stays as it is.
-    EstimatorConfig changed = commands_.estimator();
-    const v1::EstimatorConfig& e = config.estimator();
-    if (e.has_band()) changed.band = static_cast<int>(e.band());
-    if (e.has_max_lights()) changed.max_lights = static_cast<int>(e.max_lights());
-    if (e.has_light_threshold()) changed.light_threshold = e.light_threshold();
-    return finished(context, commands_.set_estimator(changed));
+    const Result<EstimatorConfig> changed =
+        updated_config(commands_.estimator(), config.estimator().SerializeAsString());
+    return finished(context, changed ? commands_.set_estimator(*changed) : changed.status());
   }
 
   grpc::ServerUnaryReactor* ReportLux(grpc::CallbackServerContext* context, const v1::ReportLuxRequest* request,

@@ -18,6 +18,7 @@ bool size_fits(PixelFormat format, int width, int height) {
     case PixelFormat::yuyv:
       return even(width);
     case PixelFormat::nv12:
+    case PixelFormat::bayer_rggb8:
     case PixelFormat::bayer_rggb10:
     case PixelFormat::bayer_rggb12:
       return even(width) && even(height);

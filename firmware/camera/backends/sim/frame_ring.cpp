@@ -24,6 +24,21 @@ std::uint64_t rounded_up(std::uint64_t n, std::uint64_t step) {
   return (n + step - 1) / step * step;
 }
 
+/// From `least` frames on, in steps, up to twice as many: so many that hold most nearly a whole number of periods, by
+/// the frequency that would be exact.
+std::uint64_t closing_cycle(std::uint64_t least, std::uint64_t step, double periods_per_frame) {
+  std::uint64_t best = least;
+  double smallest = 1;
+  for (std::uint64_t n = least; n <= 2 * least; n += step) {
+    const double periods = periods_per_frame * static_cast<double>(n);
+    const double off = std::abs(periods - std::round(periods)) / periods;
+    if (off >= smallest * (1 - 1e-6) || smallest < 1e-9) continue;
+    smallest = off;
+    best = n;
+  }
+  return best;
+}
+
 Status too_large(const RingRequest& request) {
   return {StatusCode::resource_exhausted,
           "sim: one bracket of frames takes " +
@@ -37,6 +52,7 @@ struct LensRenderer {
   sim::LensRays rays;
   sim::Sensor sensor;
   double readout_s = 0;
+  const RingSource* source = nullptr;
 
   void radiance(const sim::Scene& scene, std::uint64_t index, std::span<float> out) const {
     if (readout_s == 0 || scene.motion().turn_rad_per_s == 0) {
@@ -47,6 +63,19 @@ struct LensRenderer {
     for (int j = 0; j < rays.height(); ++j) {
       const double offset_s = (j - (rays.height() - 1) / 2.0) * readout_s;
       rays.render(scene, scene.state_at(index, offset_s), {j, j + 1}, out);
+    }
+  }
+
+  /// Light as the flicker leaves it for each row of a picture. Frames are due at even times, and exposed before.
+  void flicker(std::uint64_t index, double exposure_s, std::span<const float> steady, std::span<float> out) const {
+    const double exposed_s = source->takes_time ? exposure_s : 0;
+    const double middle_s = static_cast<double>(index) / source->frame_rate - exposed_s / 2;
+    const auto width = 3 * static_cast<std::size_t>(rays.width());
+    for (int j = 0; j < rays.height(); ++j) {
+      const double row_s = middle_s + (j - (rays.height() - 1) / 2.0) * readout_s;
+      const auto factor = static_cast<float>(source->flicker.factor(row_s, exposed_s));
+      const std::size_t begin = static_cast<std::size_t>(j) * width;
+      for (std::size_t k = begin; k < begin + width; ++k) out[k] = steady[k] * factor;
     }
   }
 };
@@ -101,12 +130,17 @@ Result<RingPlan> plan_moving(const RingRequest& request) {
   plan.wanted = rounded_up(std::max<std::uint64_t>(request.frames, 1), step);
   const std::uint64_t room =
       request.memory_cap / std::max<std::size_t>(request.bytes_per_picture, 1);
+  if (request.periods_per_frame > 0) plan.wanted = closing_cycle(plan.wanted, step, request.periods_per_frame);
   plan.cycle = plan.wanted;
   if (plan.wanted > room) {
     plan.cycle = room / request.bracket * request.bracket;
     if (plan.cycle == 0) return too_large(request);
     if (plan.switch_period > 0)
       plan.switch_period = std::clamp<std::uint64_t>(plan.cycle / 2, 1, plan.switch_period);
+  }
+  if (request.periods_per_frame > 0) {
+    const auto cycle = static_cast<double>(plan.cycle);
+    plan.periods_per_frame = std::max(1.0, std::round(request.periods_per_frame * cycle)) / cycle;
   }
   return plan;
 }
@@ -133,7 +167,7 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source,
   for (const LensParameters& lens : source.rig->lenses) {
     const int samples = sim::samples_for(lens, source.scene->panorama({}));
     lenses.push_back(
-        {sim::LensRays(lens, samples), sim::Sensor(lens, source.sensor), source.readout_s});
+        {sim::LensRays(lens, samples), sim::Sensor(lens, source.sensor), source.readout_s, &source});
     lens_start_.push_back(lens_start_.back() + lenses.back().sensor.bytes());
   }
   memory_.assign(lens_start_.back() * plan.pictures(), std::byte{0});
@@ -142,20 +176,31 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source,
   Reporter reporter(progress, plan.pictures());
   const auto work = [&] {
     std::vector<std::vector<float>> radiance(lenses.size());
+    std::vector<float> flickering;
     // Pictures of a still scene follow each other in the same state: the light is rendered once.
+    const bool still = source.scene->motion().turn_rad_per_s == 0;
     std::uint64_t rendered = ~std::uint64_t{0};
+    const auto lamps = [&](std::uint64_t index) { return source.scene->state_at(index).lamp_factor; };
     for (std::uint64_t p = next++; p < plan.pictures(); p = next++) {
       const std::uint64_t index = plan.scene_index_of_picture(p);
+      const bool same = rendered != ~std::uint64_t{0} &&
+                        (index == rendered || (still && lamps(index) == lamps(rendered)));
       for (std::size_t l = 0; l < lenses.size(); ++l) {
         const sim::LensRays& rays = lenses[l].rays;
-        if (index != rendered) {
+        if (!same) {
           radiance[l].resize(3 * static_cast<std::size_t>(rays.width()) *
                              static_cast<std::size_t>(rays.height()));
           lenses[l].radiance(*source.scene, index, radiance[l]);
         }
+        std::span<const float> light = radiance[l];
+        if (source.flicker.hz > 0) {
+          flickering.resize(light.size());
+          lenses[l].flicker(index, source.exposure_s[p % plan.bracket], light, flickering);
+          light = flickering;
+        }
         const sim::Exposure exposure{source.exposure_s[p % plan.bracket], source.gain, p,
                                      static_cast<int>(l)};
-        lenses[l].sensor.develop(radiance[l], exposure,
+        lenses[l].sensor.develop(light, exposure,
                                  std::span(memory_).subspan(p * lens_start_.back() + lens_start_[l],
                                                             lenses[l].sensor.bytes()));
       }

@@ -11,6 +11,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
+#include "sim/flicker.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"
 
@@ -24,6 +25,8 @@ struct RingPlan {
   /// 0 where the probe turns: a picture for each frame of the cycle. Otherwise only the lamps tell
   /// states apart, and each state has so many pictures, which differ in exposure and noise.
   std::uint64_t realisations = 0;
+  /// Periods of flicker in a frame, so that a cycle holds a whole number of them.
+  double periods_per_frame = 0;
   std::uint64_t wanted = 1;  ///< Pictures; more than pictures() where memory did not allow them.
 
   [[nodiscard]] std::uint64_t pictures() const;
@@ -40,10 +43,12 @@ struct RingRequest {
   std::uint64_t switch_period = 0;
   std::size_t bytes_per_picture = 0;
   std::size_t memory_cap = std::size_t{1} << 30;
+  double periods_per_frame = 0;  ///< Of the mains' flicker; 0: light is steady.
 };
 
-/// For a turning probe. Where memory does not allow the frames asked for, fewer, and lamps that
-/// switch faster with them. resource_exhausted where not even one bracket fits.
+/// For a turning probe, or light that flickers. Where memory does not allow the frames asked for, fewer, and lamps that
+/// switch faster with them. resource_exhausted where not even one bracket fits. With flicker, up to twice the frames
+/// asked for: the number in which the periods come nearest to a whole one.
 [[nodiscard]] Result<RingPlan> plan_moving(const RingRequest& request);
 /// For a probe at rest: four brackets of noise for each state of the lamps, fewer where memory does
 /// not allow them.
@@ -57,6 +62,9 @@ struct RingSource {
   std::vector<double> exposure_s;  ///< The bracket.
   double gain = 1;
   double readout_s = 0;
+  sim::MainsFlicker flicker;
+  double frame_rate = 30;     ///< At which the pictures of a flickering scene follow each other.
+  bool takes_time = true;     ///< False for the ideal sensor, whose exposures are instants.
 };
 
 /// Called from any rendering thread, one at a time, with the share that is done, 0 to 1.

@@ -70,6 +70,9 @@ Result<CameraInfo> SimBackend::open() {
   source.exposure_s = options_.exposure_s;
   source.gain = options_.gain;
   source.readout_s = options_.readout_s;
+  source.flicker = {plan->periods_per_frame * scene_rate(), options_.flicker.depth};
+  source.frame_rate = scene_rate();
+  source.takes_time = options_.sensor != PixelFormat::rgb_f32;
   ring_.render(*plan, source, progress_);
   return describe();
 }
@@ -106,7 +109,9 @@ Result<RingPlan> SimBackend::plan_ring() const {
     const double frames = std::clamp(options_.switch_s * scene_rate(), 1.0, 1e6);
     request.switch_period = static_cast<std::uint64_t>(std::llround(frames));
   }
-  return options_.turn_rad_per_s != 0 ? plan_moving(request) : plan_still(request);
+  request.periods_per_frame = options_.flicker.hz / scene_rate();
+  const bool moves = options_.turn_rad_per_s != 0 || options_.flicker.hz > 0;
+  return moves ? plan_moving(request) : plan_still(request);
 }
 
 CameraInfo SimBackend::describe() const {
@@ -129,6 +134,13 @@ CameraInfo SimBackend::describe() const {
   if (plan.pictures() < plan.wanted) {
     info.notes.push_back("a ring of " + std::to_string(plan.pictures()) + " frames; " +
                          std::to_string(plan.wanted) + " would take more than 1 GiB");
+  }
+  if (options_.flicker.hz > 0) {
+    const double hz = plan.periods_per_frame * scene_rate();
+    if (std::abs(hz - options_.flicker.hz) > 1e-6 * hz) {
+      info.notes.push_back("light flickers at " + std::to_string(hz) + " Hz, so that " +
+                           std::to_string(plan.cycle) + " frames hold a whole number of periods");
+    }
   }
   return info;
 }

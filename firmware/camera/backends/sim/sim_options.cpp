@@ -40,6 +40,14 @@ Result<std::uint64_t> whole_number(std::string_view text) {
   return number;
 }
 
+Result<double> plain_number(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number))
+    return bad("'" + std::string(text) + "' is no number");
+  return number;
+}
+
 /// Durations between commas.
 Result<std::vector<double>> exposures(std::string_view text) {
   std::vector<double> all;
@@ -81,6 +89,8 @@ Status set_parameter(SimOptions& options, const std::string& name, const std::st
   if (name == "switch") return assign(options.switch_s, parse_duration_s(value));
   if (name == "readout") return assign(options.readout_s, parse_duration_s(value));
   if (name == "exposure") return assign(options.exposure_s, exposures(value));
+  if (name == "flicker") return assign(options.flicker.hz, parse_frequency_hz(value));
+  if (name == "depth") return assign(options.flicker.depth, plain_number(value));
   if (name == "ring") return assign(options.ring, whole_number(value));
   return assign(options.seed, whole_number(value));
 }
@@ -95,6 +105,9 @@ Status check(const SimOptions& options) {
   if (!(options.frame_rate >= 0 && options.frame_rate <= 10000))
     return bad("frame_rate must lie between 0 (as fast as frames are taken) and 10000");
   if (options.ring < 1 || options.ring > 100000) return bad("ring must lie between 1 and 100000");
+  if (!(options.flicker.depth >= 0 && options.flicker.depth <= 1)) return bad("depth must lie between 0 and 1");
+  if (options.flicker.hz > 0 && options.frame_rate == 0)
+    return bad("flicker needs frames at known times: camera.frame_rate must be above 0");
   return {};
 }
 
@@ -107,6 +120,13 @@ Result<double> parse_duration_s(std::string_view text) {
   return seconds;
 }
 
+Result<double> parse_frequency_hz(std::string_view text) {
+  static constexpr Unit kUnits[] = {{"hz", 1}, {"Hz", 1}, {"", 1}};
+  Result<double> hz = quantity(text, kUnits);
+  if (hz && !(*hz > 0 && *hz <= 1000)) return bad("'" + std::string(text) + "' does not lie between 0 and 1000 Hz");
+  return hz;
+}
+
 Result<double> parse_turn_rad_per_s(std::string_view text) {
   constexpr double kDegree = std::numbers::pi / 180;
   static constexpr Unit kUnits[] = {{"deg/s", kDegree}, {"rad/s", 1}, {"", kDegree}};
@@ -114,8 +134,8 @@ Result<double> parse_turn_rad_per_s(std::string_view text) {
 }
 
 Result<SimOptions> parse_sim_options(const CameraUri& uri, const CameraConfig& config) {
-  static const std::vector<std::string_view> kKnown = {"rig",  "sensor", "turn",    "switch",
-                                                       "ring", "seed",   "readout", "exposure"};
+  static const std::vector<std::string_view> kKnown = {"rig",  "sensor",  "turn",     "switch",  "ring",
+                                                       "seed", "readout", "exposure", "flicker", "depth"};
   if (Status known = check_parameters(uri, kKnown); !known.ok()) return known;
   SimOptions options;
   options.scene = uri.path;
@@ -126,6 +146,10 @@ Result<SimOptions> parse_sim_options(const CameraUri& uri, const CameraConfig& c
   for (const auto& [name, value] : uri.parameters) {
     if (Status set = set_parameter(options, name, value); !set.ok())
       return bad("sim: " + name + ": " + set.message());
+  }
+  for (const auto& [name, value] : uri.parameters) {
+    if (name == "depth" && options.flicker.hz == 0)
+      return bad("sim: depth=" + value + " is of a flicker: add flicker=100hz");
   }
   if (!config.exposure_s.empty()) {
     if (!options.exposure_s.empty())

@@ -1,6 +1,6 @@
 // What can be said about the simulated camera in its URI:
 //   sim:SCENE?rig=pair&sensor=rgb_f32&turn=30deg/s&switch=1.0s&ring=32&seed=1&readout=0us
-//            &exposure=1ms,8ms   (on one line)
+//            &exposure=1ms,8ms&flicker=100hz&depth=0.3   (on one line)
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,7 @@
 #include <lightwell/result.hpp>
 
 #include "camera/uri.hpp"
+#include "sim/flicker.hpp"
 
 namespace lightwell {
 
@@ -25,6 +26,7 @@ struct SimOptions {
   std::uint64_t ring = 32;  ///< Frames of a moving scene before it repeats; each costs memory.
   std::uint64_t seed = 1;   ///< Of the noise.
   double readout_s = 0;     ///< From one row's exposure to the next row's.
+  sim::MainsFlicker flicker{.hz = 0, .depth = 0.3};  ///< As deep as of fluorescent tubes and simple LED lamps.
   std::vector<double> exposure_s;  ///< A bracket; empty: one that suits the scene.
   double gain = 1;
   int width = 0, height = 0;
@@ -39,6 +41,8 @@ struct SimOptions {
 
 /// "1.5ms" -> 0.0015. Negative and infinite numbers are refused.
 [[nodiscard]] Result<double> parse_duration_s(std::string_view text);
+/// "100hz" -> 100. Up to 1000; zero and negative numbers are refused.
+[[nodiscard]] Result<double> parse_frequency_hz(std::string_view text);
 /// "30deg/s", "-0.5rad/s" -> rad/s.
 [[nodiscard]] Result<double> parse_turn_rad_per_s(std::string_view text);
 

@@ -1,0 +1,287 @@
+#include "estimate/common/chooser.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <lightwell/cap.hpp>
+#include <lightwell/lobes.hpp>
+#include <limits>
+#include <numbers>
+
+namespace lightwell::estimate {
+namespace {
+
+constexpr std::size_t kLow = sh_count(kMaxBand);
+constexpr double kSphere = 4 * std::numbers::pi;
+
+/// Share of the limit that a prediction may reach: the truncation is exact but for the bands above 12, the other errors
+/// are expected values.
+constexpr double kMargin = 0.9;
+/// A poorer choice than the last one is taken where it reaches at most this share of the limit.
+constexpr double kRoom = 0.8;
+/// Share of the limit that rounding may take. In quadrature it costs a hundredth of that.
+constexpr double kRoundingShare = 0.15;
+/// Bytes of a light, and of what else there is in a message (see proto/README.md, caps and sizes).
+constexpr double kLightBytes = 32, kOtherBytes = 64;
+/// Roughness at which the second limit stands.
+constexpr double kRoughness = 0.5;
+/// A light that was sent before counts for so much more: two that are alike must not take turns.
+constexpr double kLoyalty = 0.8;
+
+struct Weights {
+  int band[kRowCount];
+  float irradiance[kRowCount];  ///< A_l² / 4pi
+  float radiance[kRowCount];    ///< K_l² / 4pi; bands 7, 9, 11 counted with 8, 10, 12
+  double above_irradiance = 0;  ///< Of bands above 12 relative to those of 8, 10, 12, for a point.
+
+  Weights() {
+    std::size_t at = 0;
+    const auto put = [&](int l, double k2) {
+      for (int m = -l; m <= l; ++m, ++at) {
+        band[at] = l;
+        irradiance[at] = static_cast<float>(cosine_lobe(l) * cosine_lobe(l) / kSphere);
+        radiance[at] = static_cast<float>(k2 / kSphere);
+      }
+    };
+    const GgxLobe lobe(kRoughness);
+    const auto low = lobe.coefficients();
+    for (int l = 0; l <= kMaxBand; ++l) put(l, low[static_cast<std::size_t>(l)] * low[static_cast<std::size_t>(l)]);
+    double seen = 0, above = 0;
+    for (const int l : kTailBands) {
+      // K_l by its definition, the integral of the lobe against P_l; an odd band that is not looked at is taken to be
+      // as strong as the even one above it.
+      const auto k = [&](int band_of) {
+        return 2 * std::numbers::pi * lobe.integral(0, 1, [&](double x) { return std::legendre(static_cast<unsigned>(band_of), x); });
+      };
+      const double even = k(l), odd = k(l - 1);
+      put(l, even * even + odd * odd * (2 * l - 1) / (2 * l + 1));
+      seen += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
+    }
+    for (int l = kTailBands.back() + 2; l <= 400; l += 2) above += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
+    above_irradiance = above / seen;
+  }
+};
+
+const Weights& weights() {
+  static const Weights w;
+  return w;
+}
+
+IrradianceRms rms(const double (&squares)[3]) {
+  IrradianceRms out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    out.plain += squares[k] / 3;
+    out.weighted += kLuminanceWeights[k] * squares[k];
+  }
+  return {std::sqrt(out.plain), std::sqrt(out.weighted)};
+}
+
+/// What a zigzag varint of a rounded number takes.
+double varint_bytes(float value, float inverse_step) {
+  const float m = std::abs(value) * inverse_step;
+  return m < 63.5F ? 1 : m < 8191.5F ? 2 : 3;
+}
+
+/// The largest power of two by which the bands up to `band` may be rounded.
+int step_exponent(int band, bool all_bands, double allowed_rms) {
+  double sum = 0;
+  for (int l = 0; l <= band; ++l)
+    if (all_bands || cosine_lobe(l) != 0) sum += (2 * l + 1) * std::max(cosine_lobe(l) * cosine_lobe(l), all_bands ? 0.1 : 0.0);
+  // Rounding by a step q has the variance q²/12 in every coefficient.
+  const double q = allowed_rms / std::sqrt(sum / kSphere / 12);
+  return q > 0 && std::isfinite(q) ? std::clamp(static_cast<int>(std::floor(std::log2(q))), -140, 100) : -140;
+}
+
+}  // namespace
+
+Chooser::Chooser() : shapes_(kMaxLights), rests_(kMaxLights + 1) {
+  order_.reserve(kMaxLights);
+  kept_before_.reserve(kMaxLights);
+  (void)weights();
+}
+
+bool Chooser::was_kept(std::uint32_t track) const {
+  return std::find(kept_before_.begin(), kept_before_.end(), track) != kept_before_.end();
+}
+
+void Chooser::subtract(const Light& light, const Shape& shape, Rest& rest) const {
+  for (int k = 0; k < 3; ++k) {
+    const float e = light.irradiance[k];
+    float* __restrict c = rest.c[k];
+    for (std::size_t i = 0; i < kRowCount; ++i) c[i] -= e * shape.y[i];
+  }
+}
+
+double Chooser::left_above_two(const Rest& rest, const Light& light, const Shape& shape,
+                               const float (&inverse_whole)[3]) const {
+  // Bands 0 to 2 cost few bytes and hold nine tenths of what irradiance feels: a light is worth what it takes from the
+  // others.
+  const Weights& w = weights();
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const float e = light.irradiance[k];
+    const float* __restrict c = rest.c[k];
+    float part = 0;
+    for (std::size_t i = sh_count(2); i < kRowCount; ++i) {
+      const float left = c[i] - e * shape.y[i];
+      part += w.irradiance[i] * left * left;
+    }
+    sum += static_cast<double>(part * inverse_whole[k]);
+  }
+  return sum;
+}
+
+void Chooser::order_lights(std::span<const Light> found, int must, std::size_t most,
+                           const float (&inverse_whole)[3]) {
+  order_.clear();
+  const std::size_t considered = std::min(found.size(), kMostConsidered);
+  Light none;
+  for (std::size_t step = 0; step < most && step < considered; ++step) {
+    std::size_t best = considered;
+    double least = std::numeric_limits<double>::infinity();
+    if (step == 0 && must >= 0) {
+      best = static_cast<std::size_t>(must);
+    } else {
+      const double now = left_above_two(rests_[step], none, shapes_[0], inverse_whole);
+      for (std::size_t j = 0; j < considered; ++j) {
+        if (std::find(order_.begin(), order_.end(), j) != order_.end()) continue;
+        double gain = now - left_above_two(rests_[step], found[j], shapes_[j], inverse_whole);
+        if (was_kept(found[j].track)) gain /= kLoyalty;
+        if (-gain < least) {
+          least = -gain;
+          best = j;
+        }
+      }
+      if (best == considered || !(least < 0)) break;
+    }
+    order_.push_back(best);
+    rests_[step + 1] = rests_[step];
+    subtract(found[best], shapes_[best], rests_[step + 1]);
+  }
+}
+
+void Chooser::lost_above(const Rest& rest, bool all_bands, double (&irradiance)[kBands][3],
+                         double (&radiance)[kBands][3]) const {
+  const Weights& w = weights();
+  double e[3][kTailBands.back() + 1] = {}, l2[3][kTailBands.back() + 1] = {};
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < kRowCount; ++i) {
+      const double c2 = static_cast<double>(rest.c[k][i]) * rest.c[k][i];
+      e[k][w.band[i]] += w.irradiance[i] * c2;
+      l2[k][w.band[i]] += w.radiance[i] * c2;
+    }
+    double e_tail = 0, l_tail = 0;
+    for (const int l : kTailBands) {
+      e_tail += e[k][l];
+      l_tail += l2[k][l];
+    }
+    e_tail *= 1 + w.above_irradiance;
+    for (int band = kMaxBand; band >= 0; --band) {
+      // Bands without irradiance are not sent where it alone counts.
+      double skipped = 0;
+      if (!all_bands)
+        for (int l = 3; l < band; l += 2) skipped += l2[k][l];
+      irradiance[band][k] = e_tail;
+      radiance[band][k] = l_tail + skipped;
+      e_tail += e[k][band];
+      l_tail += l2[k][band];
+    }
+  }
+}
+
+void Chooser::choose(const Projection& scene, std::span<const Light> found, int must,
+                     const ChoiceLimits& limits, std::vector<Light>& kept, Chosen& out) {
+  const Weights& w = weights();
+  const bool all_bands = limits.radiance_epsilon > 0 || !(limits.epsilon > 0);
+  const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), found.size());
+  double whole2[3] = {}, whole_radiance2[3] = {};
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < kRowCount; ++i) {
+      rests_[0].c[k][i] = static_cast<float>(scene.c[i][k]);
+      whole2[k] += w.irradiance[i] * scene.c[i][k] * scene.c[i][k];
+      whole_radiance2[k] += w.radiance[i] * scene.c[i][k] * scene.c[i][k];
+    }
+  }
+  out.whole = rms(whole2);
+  const IrradianceRms whole_radiance = rms(whole_radiance2);
+  const std::size_t shaped = std::min(found.size(), limits.epsilon > 0 ? kMostConsidered : most);
+  const auto shape = [&](std::size_t j) {
+    const BasisRow y = basis_row(vec_cast<double>(found[j].direction));
+    float zonal[kTailBands.back() + 1];
+    for (int l = 0; l <= kTailBands.back(); ++l) zonal[l] = static_cast<float>(cap_zonal(l, found[j].angular_radius_rad));
+    for (std::size_t i = 0; i < kRowCount; ++i) shapes_[j].y[i] = zonal[w.band[i]] * y[i];
+  };
+  for (std::size_t j = 0; j < shaped; ++j) shape(j);
+  if (must >= static_cast<int>(shaped)) shape(static_cast<std::size_t>(must));
+
+  std::size_t lights = 0;
+  int band = limits.band;
+  double irradiance_lost[kBands][3], radiance_lost[kBands][3];
+  if (limits.epsilon > 0) {
+    // Relative to the whole, over all channels as errors are counted.
+    const auto inverse = static_cast<float>(out.whole.plain > 0 ? 1 / (out.whole.plain * out.whole.plain) : 0);
+    order_lights(found, must, most, {inverse, inverse, inverse});
+    Option best, fallback;
+    best.bytes = fallback.excess = std::numeric_limits<double>::infinity();
+    for (std::size_t n = must >= 0 && !order_.empty() ? 1 : 0; n <= order_.size(); ++n) {
+      if (kOtherBytes + kLightBytes * static_cast<double>(n) > best.bytes) break;
+      lost_above(rests_[n], all_bands, irradiance_lost, radiance_lost);
+      bool same_lights = n == kept_before_.size();
+      for (std::size_t j = 0; j < n && same_lights; ++j) same_lights = was_kept(found[order_[j]].track);
+      double bytes = kOtherBytes + kLightBytes * static_cast<double>(n);
+      const float step = std::ldexp(1.0F, -step_exponent(limits.band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain));
+      for (int l = 0; l <= limits.band; ++l) {
+        if (!all_bands && l > 1 && l % 2 != 0) continue;
+        for (std::size_t i = static_cast<std::size_t>(l * l); i < static_cast<std::size_t>(sh_count(l)); ++i)
+          for (std::size_t k = 0; k < 3; ++k) bytes += varint_bytes(rests_[n].c[k][i], step);
+        Option o{n, l, bytes, 0, same_lights && l == band_before_};
+        const double truncation = relative(rms(irradiance_lost[l]), out.whole);
+        o.excess = std::hypot(truncation, limits.other_error, kRoundingShare / 2 * limits.epsilon) / (kMargin * limits.epsilon);
+        if (limits.radiance_epsilon > 0)
+          o.excess = std::max(o.excess, relative(rms(radiance_lost[l]), whole_radiance) / (kMargin * limits.radiance_epsilon));
+        if (o.excess < 0.98 * fallback.excess) fallback = o;
+        const bool poorer = n < kept_before_.size() || l < band_before_;
+        if (o.excess > (poorer ? kRoom : 1.0)) continue;
+        // What was sent before is left only for a fair gain.
+        const double price = o.same_as_before ? 0.93 * bytes : bytes;
+        if (price < best.bytes) {
+          best = o;
+          best.bytes = price;
+        }
+      }
+    }
+    const Option& taken = std::isfinite(best.bytes) ? best : fallback;
+    lights = taken.lights;
+    band = taken.band;
+  } else {
+    order_.clear();
+    for (std::size_t j = 0; j < shaped; ++j) {
+      order_.push_back(j);
+      rests_[j + 1] = rests_[j];
+      subtract(found[j], shapes_[j], rests_[j + 1]);
+    }
+    lights = shaped;
+  }
+
+  const Rest& rest = rests_[lights];
+  lost_above(rest, all_bands, irradiance_lost, radiance_lost);
+  out.truncation = rms(irradiance_lost[band]);
+  out.step = limits.epsilon > 0 && out.whole.plain > 0
+                 ? std::ldexp(1.0F, step_exponent(band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain))
+                 : 0.0F;
+  out.rest = {};
+  out.rest.band = band;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sh_count(band)); ++i)
+    if (all_bands || w.irradiance[i] != 0)
+      for (std::size_t k = 0; k < 3; ++k) out.rest.c[i][static_cast<int>(k)] = rest.c[k][i];
+
+  kept.clear();
+  for (std::size_t j = 0; j < found.size(); ++j)
+    if (std::find(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(lights), j) !=
+        order_.begin() + static_cast<std::ptrdiff_t>(lights))
+      kept.push_back(found[j]);
+  kept_before_.clear();
+  for (const Light& light : kept) kept_before_.push_back(light.track);
+  band_before_ = band;
+}
+
+}  // namespace lightwell::estimate

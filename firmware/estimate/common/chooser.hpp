@@ -1,0 +1,79 @@
+// As rich as needed: which lights and which bands describe a frame well enough in the fewest bytes.
+#pragma once
+
+#include <cstdint>
+#include <lightwell/descriptor.hpp>
+#include <span>
+#include <vector>
+
+#include "estimate/common/cells.hpp"
+#include "estimate/common/decompose.hpp"
+
+namespace lightwell::estimate {
+
+/// What an answer may be, and how good it has to be.
+struct ChoiceLimits {
+  int band = kMaxBand;  ///< Highest band.
+  int max_lights = 16;
+  double epsilon = 0.01;         ///< Relative RMS error of irradiance; 0: as rich as the two above allow.
+  double radiance_epsilon = 0;   ///< The same of radiance(d, 0.5); 0: no such limit.
+  double other_error = 0;        ///< Expected relative error of irradiance from all other causes, one deviation.
+};
+
+struct Chosen {
+  RadianceSh rest;
+  float step = 0;            ///< By which `rest` may be rounded so that the limit does not feel it; 0: as little as can be.
+  IrradianceRms whole;       ///< Of the irradiance of everything.
+  IrradianceRms truncation;  ///< Of the irradiance that neither `rest` nor the lights describe.
+};
+
+/// Keeps what it chose, so that the next frame does not choose otherwise for nothing. Allocates nothing per frame.
+class Chooser {
+ public:
+  Chooser();
+
+  /// Takes the lights to keep out of `found` (strongest first) and says what is left. found[must] is kept whatever it
+  /// gives; -1: none. Tracks tell which lights were kept before.
+  ///
+  /// Bands with irradiance are 0, 1, 2, 4 and 6 (A_3 = A_5 = 0): where only irradiance counts no other is sent. With a
+  /// limit on radiance all count. Lights are taken in the order in which they help most, for each number of them and
+  /// each last band the bytes and the predicted error are worked out, and the cheapest that keeps the limits is taken. A
+  /// poorer choice than the last one needs room: a prediction of at most kRoom of the limit.
+  void choose(const Projection& scene, std::span<const Light> found, int must, const ChoiceLimits& limits,
+              std::vector<Light>& kept, Chosen& out);
+
+ private:
+  static constexpr std::size_t kMostConsidered = 16;
+  static constexpr int kBands = kMaxBand + 1;
+
+  struct Shape {
+    float y[kRowCount];  ///< Of one unit of vector irradiance.
+  };
+  struct Rest {
+    float c[3][kRowCount];
+  };
+  struct Error {
+    double irradiance = 0, radiance = 0;  ///< Relative.
+  };
+  struct Option {
+    std::size_t lights = 0;
+    int band = 0;
+    double bytes = 0, excess = 0;  ///< `excess`: the largest ratio of a predicted error to its limit.
+    bool same_as_before = false;
+  };
+
+  void subtract(const Light& light, const Shape& shape, Rest& rest) const;
+  /// What is lost above each band, as squares: [band][channel], irradiance and radiance.
+  void lost_above(const Rest& rest, bool all_bands, double (&irradiance)[kBands][3], double (&radiance)[kBands][3]) const;
+  [[nodiscard]] double left_above_two(const Rest& rest, const Light& light, const Shape& shape, const float (&inverse_whole)[3]) const;
+  void order_lights(std::span<const Light> found, int must, std::size_t most, const float (&inverse_whole)[3]);
+  [[nodiscard]] bool was_kept(std::uint32_t track) const;
+
+  std::vector<Shape> shapes_;
+  std::vector<Rest> rests_;          ///< After 0, 1, 2, ... lights.
+  std::vector<std::size_t> order_;   ///< Indices into `found`.
+  std::vector<std::uint32_t> kept_before_;
+  int band_before_ = -1;
+};
+
+}  // namespace lightwell::estimate

@@ -1,0 +1,91 @@
+#include "estimate/common/clipped_energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <lightwell/cap.hpp>
+#include <lightwell/query.hpp>
+
+namespace lightwell {
+namespace {
+
+const Light* light_of(const Descriptor& d, std::uint32_t track) {
+  for (const Light& light : d.lights)
+    if (light.track == track) return &light;
+  return nullptr;
+}
+
+/// Irradiance of a receiver per vector irradiance of the light.
+double share_at(const Light& light, Vec3f normal) {
+  return cap_irradiance(dot(vec_cast<double>(light.direction), vec_cast<double>(normal)), light.angular_radius_rad);
+}
+
+bool is_unit(Vec3f v) {
+  const double length = std::sqrt(dot(vec_cast<double>(v), vec_cast<double>(v)));
+  return std::abs(length - 1) < 1e-3;
+}
+
+}  // namespace
+
+RecoveryFault recover(const Descriptor& d, std::span<const ClippedLight> clipped, const DiffuseConstraint& constraint,
+                      Recovery& out) {
+  const double reading = constraint.irradiance;
+  if (!(reading > 0) || !std::isfinite(reading) || !is_unit(constraint.normal)) return RecoveryFault::no_reading;
+  double seen = irradiance_at(d, constraint.normal).luminance(), at_receiver = 0, whole = 0;
+  for (const ClippedLight& c : clipped) {
+    const Light* light = light_of(d, c.track);
+    if (light == nullptr) return RecoveryFault::nothing_clipped;
+    const double measured = c.measured.luminance(), share = share_at(*light, constraint.normal);
+    seen -= (light->irradiance.luminance() - measured) * share;
+    at_receiver += measured * share;
+    whole += measured;
+  }
+  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(seen)) return RecoveryFault::nothing_clipped;
+  if (at_receiver < kFacing * whole) return RecoveryFault::faces_away;
+  if (reading < (1 - kReadingError) * seen) return RecoveryFault::less_than_seen;
+  const auto factor = static_cast<float>(1 + std::max(0.0, reading - seen) / at_receiver);
+  const double unsure = kReadingError * reading / at_receiver;
+  out.count = 0;
+  for (const ClippedLight& c : clipped.first(std::min(clipped.size(), out.lights.size())))
+    out.lights[out.count++] = {c.track, c.measured * factor, static_cast<float>(unsure * c.measured.luminance())};
+  return RecoveryFault::none;
+}
+
+Status status_of(RecoveryFault fault) {
+  switch (fault) {
+    case RecoveryFault::none: return {};
+    case RecoveryFault::no_reading:
+      return {StatusCode::invalid_argument, "the reading must be positive and finite, its normal of length one"};
+    case RecoveryFault::nothing_clipped:
+      return {StatusCode::failed_precondition, "what is clipped are not lights alone: a reading cannot be shared out"};
+    case RecoveryFault::faces_away:
+      return {StatusCode::failed_precondition, "the clipped light hardly reaches a receiver that faces so: turn it towards the light"};
+    case RecoveryFault::less_than_seen:
+      return {StatusCode::invalid_argument, "the reading is less than what the camera saw without the clipped light"};
+  }
+  return {StatusCode::internal, "unknown"};
+}
+
+Recovered apply(Recovery& known, std::span<const ClippedLight> clipped, Descriptor& d) {
+  Recovered out;
+  const auto is_clipped = [&](const RecoveredLight& r) {
+    return std::any_of(clipped.begin(), clipped.end(), [&](const ClippedLight& c) { return c.track == r.track; });
+  };
+  const auto end = std::remove_if(known.lights.begin(), known.lights.begin() + static_cast<std::ptrdiff_t>(known.count),
+                                  [&](const RecoveredLight& r) { return !is_clipped(r); });
+  known.count = static_cast<std::size_t>(end - known.lights.begin());
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < known.count; ++k) {
+    const RecoveredLight& r = known.lights[k];
+    for (Light& light : d.lights) {
+      if (light.track != r.track) continue;
+      ++found;
+      light.irradiance = {std::max(light.irradiance.r, r.irradiance.r), std::max(light.irradiance.g, r.irradiance.g),
+                          std::max(light.irradiance.b, r.irradiance.b)};
+      out.uncertainty += r.uncertainty;
+    }
+  }
+  out.all = found > 0 && found == clipped.size();
+  return out;
+}
+
+}  // namespace lightwell

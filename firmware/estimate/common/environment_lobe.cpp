@@ -1,0 +1,149 @@
+#include "estimate/common/environment_lobe.hpp"
+
+#include <lightwell/environment.hpp>
+
+namespace lightwell::estimate {
+namespace {
+
+/// Half the side of a part that is taken as one, in units of the angle over which the lobe changes by its own size; and
+/// at most, in rad: the widest lobe still ends at a horizon.
+constexpr double kGrain = 0.1, kWidestGrain = 0.06;
+/// Parts of less weight are left out: together less than rounding to the wire.
+constexpr double kLeastWeight = 1e-7;
+
+class LobeRow {
+ public:
+  LobeRow(const OctahedralGrid& grid, const MeanPyramid& pyramid, double roughness)
+      : grid_(grid), pyramid_(pyramid), lobe_(roughness), width_(2 * roughness * roughness), weight_(pyramid.size()) {
+    for (const auto& layer : pyramid.layers()) half_side_.push_back(0.5 * std::sqrt(4 * std::numbers::pi) / layer.edge);
+    for (int j = 0; j < grid.edge; ++j)
+      for (int i = 0; i < grid.edge; ++i) centre_.push_back(texel_direction(grid.edge, i, j));
+  }
+
+  std::span<const SparseRows::Entry> around(Vec3f centre) {
+    weigh_texels(centre);
+    for (std::size_t k = 1; k < pyramid_.layers().size(); ++k) sum_layer(k);
+    row_.clear();
+    const auto& coarsest = pyramid_.layers().back();
+    for (int j = 0; j < coarsest.edge; ++j)
+      for (int i = 0; i < coarsest.edge; ++i) take(centre, pyramid_.layers().size() - 1, i, j);
+    double sum = 0;
+    for (const auto& e : row_) sum += e.weight;
+    for (auto& e : row_) e.weight = static_cast<float>(e.weight / sum);
+    return row_;
+  }
+
+ private:
+  /// Half the side of a part, at `cosine` from the lobe's middle, over which the lobe is nearly flat. It changes by its
+  /// own size over its width in the middle, and over the angle to the middle farther out.
+  [[nodiscard]] double grain(double cosine) const {
+    return std::min(kWidestGrain, kGrain * std::sqrt(width_ * width_ + 2 * std::max(0.0, 1 - cosine)));
+  }
+
+  void weigh_texels(Vec3f centre) {
+    // 1 - cos by the chord: the cosine itself has no digits left near the middle of a narrow lobe.
+    const auto cosine_to = [centre](Vec3f d) {
+      const Vec3f chord = d - centre;
+      return 1 - 0.5 * static_cast<double>(dot(chord, chord));
+    };
+    for (std::size_t texel = 0; texel < grid_.texels(); ++texel) {
+      if (const double cosine = cosine_to(centre_[texel]); half_side_[0] < grain(cosine)) {
+        weight_[texel] = lobe_.value(cosine) * grid_.solid_angle[texel];
+        continue;
+      }
+      const auto samples = std::span(grid_.sample).subspan(texel * grid_.per_texel(), grid_.per_texel());
+      double w = 0;
+      for (const auto& s : samples) w += lobe_.value(cosine_to(s.direction)) * s.solid_angle;
+      weight_[texel] = w;
+    }
+  }
+
+  void sum_layer(std::size_t k) {
+    const auto& fine = pyramid_.layers()[k - 1];
+    const auto& coarse = pyramid_.layers()[k];
+    for (int j = 0; j < coarse.edge; ++j)
+      for (int i = 0; i < coarse.edge; ++i) {
+        double w = 0;
+        for (int dj = 0; dj < 2; ++dj)
+          for (int di = 0; di < 2; ++di) w += weight_[at(fine, 2 * i + di, 2 * j + dj)];
+        weight_[at(coarse, i, j)] = w;
+      }
+  }
+
+  void take(Vec3f centre, std::size_t k, int i, int j) {
+    const auto& layer = pyramid_.layers()[k];
+    const std::size_t index = at(layer, i, j);
+    if (weight_[index] < kLeastWeight) return;
+    const double cosine = dot(texel_direction(layer.edge, i, j), centre);
+    if (k == 0 || half_side_[k] < grain(cosine)) {
+      row_.push_back({static_cast<std::uint32_t>(index), static_cast<float>(weight_[index])});
+      return;
+    }
+    for (int dj = 0; dj < 2; ++dj)
+      for (int di = 0; di < 2; ++di) take(centre, k - 1, 2 * i + di, 2 * j + dj);
+  }
+
+  static std::size_t at(const MeanPyramid::Layer& layer, int i, int j) {
+    return layer.first + static_cast<std::size_t>(j) * static_cast<std::size_t>(layer.edge) +
+           static_cast<std::size_t>(i);
+  }
+
+  const OctahedralGrid& grid_;
+  const MeanPyramid& pyramid_;
+  GgxLobe lobe_;
+  double width_;
+  std::vector<double> weight_;     ///< Of every part, the lobe's integral over it.
+  std::vector<Vec3f> centre_;      ///< Of every texel.
+  std::vector<double> half_side_;  ///< Of a part of mean solid angle, rad, by layer.
+  std::vector<SparseRows::Entry> row_;
+};
+
+}  // namespace
+
+MeanPyramid::MeanPyramid(const OctahedralGrid& grid) {
+  std::vector<double> solid_angle = grid.solid_angle;
+  layers_.push_back({grid.edge, 0, {}});
+  while (layers_.back().edge > kCoarsest) {
+    const Layer& fine = layers_.back();
+    Layer coarse{fine.edge / 2, fine.first + solid_angle.size(), {}};
+    std::vector<double> sums;
+    for (int j = 0; j < coarse.edge; ++j)
+      for (int i = 0; i < coarse.edge; ++i) {
+        std::array<SparseRows::Entry, 4> row;
+        double sum = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const int fine_i = 2 * i + static_cast<int>(k % 2), fine_j = 2 * j + static_cast<int>(k / 2);
+          row[k].index = static_cast<std::uint32_t>(fine_j * fine.edge + fine_i);
+          sum += solid_angle[row[k].index];
+        }
+        for (auto& e : row) e.weight = static_cast<float>(solid_angle[e.index] / sum);
+        coarse.means.add_row(row);
+        sums.push_back(sum);
+      }
+    solid_angle = std::move(sums);
+    layers_.push_back(std::move(coarse));
+  }
+}
+
+std::size_t MeanPyramid::size() const {
+  const Layer& last = layers_.back();
+  return last.first + static_cast<std::size_t>(last.edge) * static_cast<std::size_t>(last.edge);
+}
+
+void MeanPyramid::apply(std::span<Rgbx> list) const {
+  for (std::size_t k = 1; k < layers_.size(); ++k) {
+    const Layer& coarse = layers_[k];
+    const auto fine = list.subspan(layers_[k - 1].first, coarse.first - layers_[k - 1].first);
+    coarse.means.apply(fine, list.subspan(coarse.first, coarse.means.rows()));
+  }
+}
+
+SparseRows lobe_rows(const OctahedralGrid& grid, const MeanPyramid& pyramid, int edge, double roughness) {
+  SparseRows out;
+  LobeRow row(grid, pyramid, roughness);
+  for (int j = 0; j < edge; ++j)
+    for (int i = 0; i < edge; ++i) out.add_row(row.around(texel_direction(edge, i, j)));
+  return out;
+}
+
+}  // namespace lightwell::estimate

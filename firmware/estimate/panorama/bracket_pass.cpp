@@ -1,0 +1,358 @@
+#include "estimate/panorama/bracket_pass.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <lightwell/color.hpp>
+#include <utility>
+
+#include "calibration/response.hpp"
+#include "estimate/panorama/kernels/lane_sums.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+/// Pixels of a row of blocks that are worked on together: their sums stay in the nearest cache.
+constexpr int kChunk = 384;
+/// Rounding of a wall of one colour is the same everywhere, 1.7 deviations of a pixel, in either exposure; response and
+/// exposure times are known to a percent or so.
+constexpr float kDeviations = 3, kShare = 0.02F;
+/// Colour of pairs and quads of pixels, rounded before it is turned into r, g, b.
+constexpr float kChromaDeviations = 6, kChromaShare = 0.05F;
+/// Planes of r, g, b and of what shared_tops() gives, of two rows.
+constexpr std::size_t kPlaneRows = 8;
+constexpr int kFewest = static_cast<int>(kFewestLanes);
+constexpr std::size_t kColumnKinds = 10 + 2 * (kMaxBracket - 1);
+
+int widest(const RigTable& table) {
+  int w = 0;
+  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
+  return w;
+}
+
+/// Rounded to `bits` bits of the upper end.
+float shortened(float v, int bits) {
+  const auto whole = std::bit_cast<std::uint32_t>(v);
+  const std::uint32_t half = 1U << (31 - bits);
+  return std::bit_cast<float>((whole + half) & ~(2 * half - 1));
+}
+
+CodeWorth worth_of(const PhotometricCalibration& p, int levels) {
+  CodeWorth w;
+  w.linear = linear_table(p, levels);
+  w.weight.resize(w.linear.size());
+  const auto read2 = static_cast<float>(p.read_noise * p.read_noise), shot = static_cast<float>(p.shot_noise);
+  const auto cut_noise = p.black_level < 2 * p.read_noise ? static_cast<float>(p.read_noise) : 0.0F;
+  const auto saturated_from = static_cast<std::size_t>(std::ceil(p.saturation * (levels - 1)));
+  std::vector<float> variance(w.linear.size());
+  for (std::size_t i = 0; i < w.linear.size(); ++i) {
+    const float x = w.linear[i], step = i > 0 ? x - w.linear[i - 1] : w.linear[1] - w.linear[0];
+    // A floor keeps the weight finite for a camera without stated noise; then all count alike in linear value.
+    variance[i] = read2 + shot * std::max(0.0F, x) + step * step * (1.0F / 12) + 1e-12F;
+    const float hidden = hidden_light(x, step, cut_noise);
+    if (!(hidden > 0)) continue;
+    w.hidden_until = std::max(w.hidden_until, x + 0.5F * step);
+    w.hidden = std::max(w.hidden, hidden);
+  }
+  if (p.response.kind == ResponseCurve::Kind::linear) {
+    w.unit = static_cast<float>(1 / ((levels - 1) * (1 - p.black_level)));
+    for (std::size_t i = 0; i < w.linear.size(); ++i)
+      w.linear[i] = static_cast<float>(i) - static_cast<float>((levels - 1) * p.black_level);
+  }
+  w.hidden_until /= w.unit;
+  w.hidden /= w.unit;
+  for (std::size_t i = 0; i < saturated_from && i < w.weight.size(); ++i)
+    w.weight[i] = shortened(w.unit * w.unit / variance[i], 16);
+  w.saturated_from = static_cast<unsigned>(saturated_from);
+  if (saturated_from < w.linear.size()) w.saturated_linear = w.linear[saturated_from];
+  if (levels == 256) {
+    for (std::size_t i = 0; i < 256; ++i) {
+      w.linear[i] = shortened(w.linear[i], 24);
+      const auto x = std::bit_cast<std::uint32_t>(w.linear[i]), weight = std::bit_cast<std::uint32_t>(w.weight[i]);
+      for (std::size_t k = 0; k < 3; ++k) w.linear_bytes[k][i] = static_cast<std::uint8_t>(x >> (8 * (k + 1)));
+      for (std::size_t k = 0; k < 2; ++k) w.weight_bytes[k][i] = static_cast<std::uint8_t>(weight >> (8 * (k + 2)));
+    }
+  }
+  return w;
+}
+
+/// Rows of many exposures are too many streams, each too short, for the processor to foresee. `ahead` may lead beyond the
+/// picture.
+void fetch(const std::uint8_t* at, std::ptrdiff_t ahead, std::size_t bytes) {
+  const std::uintptr_t from = reinterpret_cast<std::uintptr_t>(at) + static_cast<std::uintptr_t>(ahead);
+  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(reinterpret_cast<const void*>(from + i));
+}
+
+const std::uint8_t* row_of(const View& view, int y) {
+  return reinterpret_cast<const std::uint8_t*>(view.data.data()) + static_cast<std::size_t>(y) * view.stride;
+}
+
+}  // namespace
+
+BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
+                         const BlockPass& blocks)
+    : table_(table), layout_(layout), blocks_(blocks) {
+  const auto width = static_cast<std::size_t>(widest(table));
+  // Whole blocks, and whole vectors beyond them.
+  column_stride_ = width + kMostRows + 2 * kFewestLanes;
+  sums_.resize(kColumnKinds * column_stride_);
+  float* at = sums_.data();
+  const auto next = [&] { return std::exchange(at, at + column_stride_); };
+  for (float** column : {&columns_.r, &columns_.g, &columns_.b, &columns_.low, &columns_.peak, &columns_.noise,
+                         &columns_.bias, &columns_.clipped, &folded_.luminance, &folded_.across})
+    *column = next();
+  for (auto& column : columns_.differ) column = next();
+  for (auto& column : columns_.doubt) column = next();
+  planes_.resize(kMaxBracket * kPlaneRows * width);
+  dispute_.resize(kChunk);
+  for (std::size_t block = 0; block < layout.size(); ++block) {
+    const BlockLayout::Place p = layout.place(block);
+    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
+    float sum = 0, pixels = 0;
+    for (int y = p.y; y < p.y + p.height; ++y) {
+      for (int x = p.x; x < p.x + p.width; ++x) {
+        const float sr = lens.solid_angle[static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x)];
+        sum += sr;
+        pixels += sr > 0 ? 1.0F : 0.0F;
+      }
+    }
+    pixel_sr_.push_back(pixels > 0 ? sum / pixels : 0);
+  }
+  for (const LensParameters& lens : rig.lenses) {
+    const PhotometricCalibration& p = lens.photometry;
+    LensPlan plan{worth_of(p, 256), worth_of(p, 1024), worth_of(p, 4096), {}, p.response.kind == ResponseCurve::Kind::linear, false, {}};
+    for (std::size_t c = 0; c < 3; ++c) plan.white[c] = static_cast<float>(p.white_balance[c]);
+    lenses_.push_back(std::move(plan));
+  }
+}
+
+bool BracketPass::takes(std::span<const Frame> bracket) const {
+  // A quad of a mosaic must not lie in two blocks.
+  if (bracket.size() < 2 || layout_.edge() < 2) return false;
+  const PixelFormat format = bracket[0].views()[0].format;
+  if (format == PixelFormat::rgb_f32) return false;
+  for (const Frame& frame : bracket)
+    for (const View& v : frame.views())
+      if (v.format != format || v.width < (is_bayer(format) ? 2 : 1) * kFewest) return false;
+  return true;
+}
+
+void BracketPass::sort(std::span<const Frame> bracket) {
+  count_ = static_cast<int>(bracket.size());
+  format_ = bracket[0].views()[0].format;
+  std::array<double, kMaxBracket> exposure{};
+  std::array<std::uint8_t, kMaxBracket> order{};
+  for (std::size_t k = 0; k < bracket.size(); ++k) {
+    exposure[k] = bracket[k].info.exposure_s * bracket[k].info.gain;
+    std::size_t at = k;
+    for (; at > 0 && exposure[order[at - 1]] > exposure[k]; --at) order[at] = order[at - 1];
+    order[at] = static_cast<std::uint8_t>(k);
+  }
+  const double longest = exposure[order[bracket.size() - 1]];
+  unit_ = static_cast<float>(1 / longest);
+  for (LensPlan& plan : lenses_) plan.seen = false;
+  for (std::size_t k = 0; k < bracket.size(); ++k) {
+    // Beyond 1e12 an exposure has nothing to say beside the longest, but its bound.
+    scale_[k] = static_cast<float>(std::min(longest / exposure[order[k]], 1e12));
+    for (const View& view : bracket[order[k]].views()) {
+      LensPlan& plan = lenses_[static_cast<std::size_t>(view.lens)];
+      plan.seen = true;
+      plan.view[k] = view;
+    }
+  }
+}
+
+void BracketPass::run(std::span<const Frame> bracket, BlockSums& out) {
+  sort(bracket);
+  out.clear();
+  for (int lens = 0; lens < layout_.lens_count(); ++lens) {
+    if (!lenses_[static_cast<std::size_t>(lens)].seen) continue;
+    const LensTable& table = table_.lenses[static_cast<std::size_t>(lens)];
+    for (int top = 0; top < table.height; top += layout_.edge()) {
+      const int rows = std::min(layout_.edge(), table.height - top);
+      for (int begin = 0; begin < table.width; begin += kChunk)
+        run_chunk({lens, top, rows, begin, std::min(begin + kChunk, table.width)}, out);
+    }
+  }
+}
+
+void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
+  const std::size_t first_block = layout_.block_of(chunk.lens, chunk.begin, chunk.top);
+  const std::size_t first = static_cast<std::size_t>(chunk.begin) / (is_bayer(format_) ? 2 : 1);
+  const auto blocks = static_cast<std::size_t>((chunk.end - chunk.begin + layout_.edge() - 1) >> layout_.shift());
+  const float unit = unit_ * worth_for(chunk.lens).unit;
+  const float pixels = is_bayer(format_) ? 4 : 1;  // That are compared as one.
+  sum(chunk, count_);
+  unsigned fewer = 0;  // A bit for each number of exposures that some block takes less than all.
+  for (std::size_t k = 0; k < blocks; ++k) {
+    const int agree = agreeing(first + k, dispute_[k]);
+    out.exposures[first_block + k] = static_cast<std::uint8_t>(agree);
+    if (agree == count_)
+      finish_block(chunk, first_block + k, first + k, out);
+    else
+      fewer |= 1U << agree;
+  }
+  for (int count = 1; count < count_; ++count) {
+    if ((fewer >> count & 1U) == 0) continue;
+    sum(chunk, count);
+    for (std::size_t k = 0; k < blocks; ++k) {
+      const std::size_t block = first_block + k;
+      if (out.exposures[block] != count) continue;
+      finish_block(chunk, block, first + k, out);
+      out.moved_light += std::max(dispute_[k] * pixels * pixel_sr_[block] * unit, out.sum[block].luminance());
+    }
+  }
+}
+
+void BracketPass::sum(const Chunk& chunk, int count) {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(chunk.lens)];
+  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
+  const auto width = static_cast<std::size_t>(lens.width);
+  const int per = is_bayer(format_) ? 2 : 1;
+  const auto first = static_cast<std::size_t>(chunk.begin / per), length = static_cast<std::size_t>((chunk.end - chunk.begin) / per);
+  const int edge = layout_.edge() / per;
+  const auto blocks = (length + static_cast<std::size_t>(edge) - 1) / static_cast<std::size_t>(edge);
+  const std::size_t room = blocks * static_cast<std::size_t>(edge);
+  for (float* column : {columns_.r, columns_.g, columns_.b, columns_.low, columns_.peak, columns_.noise, columns_.bias, columns_.clipped})
+    std::fill_n(column + first, room, 0.0F);
+  for (std::size_t k = 0; k + 1 < static_cast<std::size_t>(count); ++k) {
+    std::fill_n(columns_.differ[k] + first, room, 0.0F);
+    std::fill_n(columns_.doubt[k] + first, room, 0.0F);
+  }
+
+  BracketRow row;
+  row.source = format_ == PixelFormat::rgb8 ? plan.linear ? BracketSource::linear8 : BracketSource::interleaved8
+               : format_ == PixelFormat::bayer_rggb8 ? BracketSource::mosaic8
+               : is_bayer(format_) ? BracketSource::mosaic16
+                                   : BracketSource::planes8;
+  row.worth = &worth_for(chunk.lens);
+  row.count = count;
+  row.deviations = row.source == BracketSource::planes8 ? kChromaDeviations : kDeviations;
+  row.share = row.source == BracketSource::planes8 ? kChromaShare : kShare;
+  row.next_row = width;
+  for (std::size_t c = 0; c < 3; ++c) row.luminance[c] = static_cast<float>(kLuminanceWeights[c]) * plan.white[c];
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) row.exposures[k].scale = scale_[k];
+  for (int y = chunk.top; y < chunk.top + chunk.rows; y += per) {
+    const RowSpan span = span_of(lens, y);
+    const int begin = std::max(span.first, chunk.begin), end = std::min(span.end, chunk.end);
+    if (begin >= end) continue;
+    row.solid_angle = lens.solid_angle.data() + static_cast<std::size_t>(y) * width;
+    row.inverse_vignetting = lens.inverse_vignetting.data() + static_cast<std::size_t>(y) * width;
+    row.depth = static_cast<float>(y - chunk.top) + (per == 2 ? 0.5F : 0.0F);
+    // Whole vectors are read: of a narrow stretch, what lies beside it too.
+    const int readable_end = std::min(std::max((end + 1) & ~1, begin / 2 * 2 + per * kFewest), lens.width);
+    const int readable_begin = std::max(0, std::min(begin / 2 * 2, readable_end - per * kFewest));
+    point_at_row(chunk, y, readable_begin, readable_end, row);
+    merge_bracket_row(row, static_cast<std::size_t>(begin / per), static_cast<std::size_t>(end / per),
+                      static_cast<std::size_t>(readable_end / per), columns_);
+  }
+  fold_bracket_columns(columns_, count - 1, row.luminance, first, edge, blocks, folded_);
+}
+
+const CodeWorth& BracketPass::worth_for(int lens) const {
+  const LensPlan& plan = lenses_[static_cast<std::size_t>(lens)];
+  if (format_ == PixelFormat::bayer_rggb10) return plan.worth10;
+  return format_ == PixelFormat::bayer_rggb12 ? plan.worth12 : plan.worth8;
+}
+
+RowSpan BracketPass::span_of(const LensTable& lens, int y) const {
+  RowSpan span = lens.rows[static_cast<std::size_t>(y)];
+  if (format_ == PixelFormat::rgb8) return span;
+  // Pairs, and quads of two rows, are worked on together.
+  if (format_ != PixelFormat::yuyv) {
+    const RowSpan other = lens.rows[static_cast<std::size_t>(y ^ 1)];
+    if (span.first >= span.end)
+      span = other;
+    else if (other.first < other.end)
+      span = {std::min(span.first, other.first), std::max(span.end, other.end)};
+  }
+  return {span.first & ~1, (span.end + 1) & ~1};
+}
+
+std::ptrdiff_t BracketPass::ahead_of(const Chunk& chunk, int y, std::ptrdiff_t row, std::ptrdiff_t pixel) const {
+  const int per = is_bayer(format_) ? 2 : 1, rows = y + per < chunk.top + chunk.rows ? 0 : chunk.rows - per;
+  if (rows == 0) return per * row;
+  // Of the chunk beside it the first row, or of those below.
+  const bool last = chunk.end >= table_.lenses[static_cast<std::size_t>(chunk.lens)].width;
+  return last ? per * row - chunk.begin * pixel : (chunk.end - chunk.begin) * pixel - rows * row;
+}
+
+void BracketPass::point_at_row(const Chunk& chunk, int y, int begin, int end, BracketRow& row) {
+  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
+  const int width = table_.lenses[static_cast<std::size_t>(chunk.lens)].width;
+  row.ahead = ahead_of(chunk, y, width, 1);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(row.count); ++k) {
+    const View& view = plan.view[k];
+    ExposureRow& e = row.exposures[k];
+    if (row.source == BracketSource::planes8) {
+      point_at_planes(chunk, y, begin, end, k, e);
+      continue;
+    }
+    const int pixel = format_ == PixelFormat::rgb8 ? 3 : format_ == PixelFormat::bayer_rggb8 ? 1 : 2;
+    e.at = {row_of(view, y), is_bayer(format_) ? row_of(view, y + 1) : nullptr, nullptr, nullptr};
+    e.ahead = ahead_of(chunk, y, static_cast<std::ptrdiff_t>(view.stride), pixel);
+  }
+}
+
+void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end, std::size_t k, ExposureRow& out) {
+  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
+  const View& view = plan.view[k];
+  const auto width = static_cast<std::size_t>(table_.lenses[static_cast<std::size_t>(chunk.lens)].width);
+  const auto from = static_cast<std::size_t>(begin), pixels = static_cast<std::size_t>(end - begin);
+  const auto stride = static_cast<std::ptrdiff_t>(view.stride);
+  std::uint8_t* first = planes_.data() + k * kPlaneRows * width;
+  const auto plane = [&](int row, std::size_t c) { return first + (4 * static_cast<std::size_t>(row) + c) * width; };
+  const auto planes = [&](int row) { return Planes{plane(row, 0) + from, plane(row, 1) + from, plane(row, 2) + from}; };
+  const unsigned saturated_from = worth_for(chunk.lens).saturated_from;
+  const bool quads = format_ == PixelFormat::nv12;
+  const int row = quads ? y % 2 : 0;
+  out.at = {plane(row, 0), plane(row, 1), plane(row, 2), plane(row, 3)};
+  if (row == 1) return;  // Made with the row above.
+  const Planes upper = planes(0), lower = planes(1);
+  if (!quads) {
+    const std::uint8_t* here = row_of(view, y) + 2 * from;
+    fetch(here, ahead_of(chunk, y, stride, 2), 2 * pixels);
+    planes_of_yuyv(here, pixels, upper[0], upper[1], upper[2]);
+    shared_tops(upper, nullptr, pixels, saturated_from, plane(0, 3) + from, nullptr);
+    return;
+  }
+  const std::uint8_t* here = row_of(view, y) + from;
+  const std::uint8_t* chroma = row_of(view, view.height + y / 2) + from;
+  const std::ptrdiff_t ahead = ahead_of(chunk, y + 1, stride, 1) + stride;
+  fetch(here, ahead, pixels);
+  fetch(here + stride, ahead, pixels);
+  // Half as many rows of chroma as of luma lie between.
+  fetch(chroma, y + 2 < chunk.top + chunk.rows ? stride : ahead + stride * (chunk.rows / 2 - 1), pixels);
+  planes_of_nv12(here, chroma, pixels, upper[0], upper[1], upper[2]);
+  planes_of_nv12(here + stride, chroma, pixels, lower[0], lower[1], lower[2]);
+  shared_tops(upper, &lower, pixels, saturated_from, plane(0, 3) + from, plane(1, 3) + from);
+}
+
+int BracketPass::agreeing(std::size_t at, float& dispute) const {
+  for (std::size_t pair = 0; pair + 1 < static_cast<std::size_t>(count_); ++pair) {
+    dispute = std::abs(columns_.differ[pair][at]);
+    if (dispute > columns_.doubt[pair][at]) return static_cast<int>(pair) + 1;
+  }
+  dispute = 0;
+  return count_;
+}
+
+void BracketPass::finish_block(const Chunk& chunk, std::size_t block, std::size_t at, BlockSums& out) const {
+  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
+  const float r = columns_.r[at], g = columns_.g[at], b = columns_.b[at], luminance = folded_.luminance[at];
+  const float low = columns_.low[at], peak = columns_.peak[at], clipped = columns_.clipped[at];
+  // From places of quads to places of pixels.
+  const float across = is_bayer(format_) ? 2 * folded_.across[at] + 0.5F * luminance : folded_.across[at];
+  const float unit = unit_ * worth_for(chunk.lens).unit;
+  const BlockPass::Middle middle = blocks_.middle(block);
+  out.sum[block] = {r * plan.white[0] * unit, g * plan.white[1] * unit, b * plan.white[2] * unit};
+  out.peak[block] = peak * unit;
+  out.offset_x[block] = luminance > 0 ? across / luminance - middle.x : 0;
+  out.offset_y[block] = luminance > 0 ? low / luminance - middle.y : 0;
+  out.noise += static_cast<double>(columns_.noise[at]) * unit * unit;
+  out.bias += static_cast<double>(columns_.bias[at]) * unit;
+  out.clipped_sr += clipped;
+  if (clipped > 0) out.clipped_row[layout_.row_of(chunk.lens, chunk.top)] = 1;
+}
+
+}  // namespace lightwell::estimate

@@ -1,0 +1,362 @@
+#include "estimate/panorama/code_pass.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <lightwell/color.hpp>
+
+#include "calibration/response.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+/// A block's weights count as a plane where they differ from one by at most this share, RMS. What is left averages out
+/// over the pixels of a block, and over blocks.
+constexpr double kPlane = 2e-3;
+/// Pixels of YCbCr that are turned into planes at a time: 16 rows of three planes of them stay in the nearest cache.
+constexpr std::size_t kChunk = 256;
+
+int widest(const RigTable& table) {
+  int w = 0;
+  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
+  return w;
+}
+
+const std::uint8_t* bytes(const View& view, std::size_t row) {
+  return reinterpret_cast<const std::uint8_t*>(view.data.data()) + row * view.stride;
+}
+
+}  // namespace
+
+CodePass::Scratch::Scratch(std::size_t lanes) : sum(lanes), early(lanes), across(lanes), peak(lanes), clipped(lanes) {}
+
+LaneSums CodePass::Scratch::at(std::size_t lane) {
+  return {sum.data() + lane, early.data() + lane, peak.data() + lane, clipped.data() + lane};
+}
+
+CodePass::Lanes CodePass::lanes_of(PixelFormat format) {
+  if (format == PixelFormat::rgb8) return Lanes::interleaved;
+  return is_bayer(format) ? Lanes::mosaic : Lanes::planar;
+}
+
+CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout)
+    : table_(table), layout_(layout), blocks_(layout.size()), planes_(3 * kMostRows * kChunk) {
+  const auto edge = static_cast<std::size_t>(layout.edge());
+  const std::size_t columns = (static_cast<std::size_t>(widest(table)) + edge - 1) / edge;
+  groups_.assign(3, Scratch(3 * columns * edge + 2 * kFewestLanes));
+  if (layout.edge() < 2 || layout.edge() > kMostRows) return;
+  for (int lens = 0; lens < layout.lens_count(); ++lens)
+    plan_lens(lens, rig.lenses[static_cast<std::size_t>(lens)].photometry);
+}
+
+bool CodePass::takes(std::span<const Frame> bracket) const {
+  if (bracket.size() != 1 || lenses_.empty()) return false;
+  for (const View& v : bracket[0].views()) {
+    if (v.format == PixelFormat::rgb_f32 || v.width < static_cast<int>(kFewestLanes)) return false;
+    // A word's table would have 4096 entries; sensors with raw output are linear.
+    const bool words = v.format == PixelFormat::bayer_rggb10 || v.format == PixelFormat::bayer_rggb12;
+    if (words && !lenses_[static_cast<std::size_t>(v.lens)].identity) return false;
+  }
+  return true;
+}
+
+void CodePass::plan_lens(int lens, const PhotometricCalibration& photometry) {
+  LensPlan plan;
+  const std::vector<float> linear = linear_table(photometry, 256);
+  plan.linear_from = linear.front();
+  plan.linear_unit = 1 - plan.linear_from;
+  plan.identity = photometry.response.kind == ResponseCurve::Kind::linear;
+  for (std::size_t code = 0; code < 256; ++code)
+    plan.linear16[code] = static_cast<std::uint16_t>(
+        std::lround(std::clamp((linear[code] - plan.linear_from) / plan.linear_unit, 0.0F, 1.0F) * 65535));
+  plan.step8.resize(4096);
+  for (std::size_t i = 0, code = 1; i < plan.step8.size(); ++i) {
+    while (code < 255 && linear[code] < static_cast<float>(i) / 4095) ++code;
+    plan.step8[i] = linear[code] - linear[code - 1];
+  }
+  plan.clipped8 = static_cast<unsigned>(std::ceil(photometry.saturation * 255));
+  plan.clipped10 = static_cast<unsigned>(std::ceil(photometry.saturation * 1023));
+  plan.clipped12 = static_cast<unsigned>(std::ceil(photometry.saturation * 4095));
+  plan.read2 = static_cast<float>(photometry.read_noise * photometry.read_noise);
+  plan.shot = static_cast<float>(photometry.shot_noise);
+  plan.cut_noise = photometry.black_level < 2 * photometry.read_noise ? static_cast<float>(photometry.read_noise) : 0.0F;
+  for (std::size_t c = 0; c < 3; ++c) plan.white[c] = static_cast<float>(photometry.white_balance[c]);
+
+  const int columns = layout_.columns(lens), height = table_.lenses[static_cast<std::size_t>(lens)].height;
+  for (int top = 0; top < height; top += layout_.edge()) {
+    BlockRow row;
+    const std::size_t first_block = layout_.block_of(lens, 0, top);
+    for (int column = 0; column < columns; ++column) {
+      BlockWeight& block = blocks_[first_block + static_cast<std::size_t>(column)];
+      plan_block(lens, first_block + static_cast<std::size_t>(column), block);
+      if (!(block.pixels > 0)) continue;
+      const bool weighted = block.unit > 0;
+      if (row.runs.empty() || row.runs.back().end != column || row.runs.back().weighted != weighted)
+        row.runs.push_back({column, column, weighted, {}});
+      row.runs.back().end = column + 1;
+    }
+    for (Run& run : row.runs)
+      if (run.weighted) plan_weights(lens, top / layout_.edge(), run);
+    plan.rows.push_back(std::move(row));
+  }
+  lenses_.push_back(std::move(plan));
+}
+
+void CodePass::plan_block(int lens_number, std::size_t block, BlockWeight& out) const {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
+  const BlockLayout::Place p = layout_.place(block);
+  double sum = 0, sr = 0, x_sum = 0, y_sum = 0, seen = 0, largest = 0, x_fit = 0, y_fit = 0, squares = 0;
+  const double middle_x = 0.5 * (p.width - 1), middle_y = 0.5 * (p.height - 1);
+  for (int y = 0; y < p.height; ++y) {
+    for (int x = 0; x < p.width; ++x) {
+      const auto i = static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + x);
+      const double a = lens.solid_angle[i], w = a * lens.inverse_vignetting[i];
+      seen += a > 0 ? 1 : 0;
+      sr += a;
+      x_sum += a * x;
+      y_sum += a * y;
+      sum += w;
+      squares += w * w;
+      x_fit += w * (x - middle_x);
+      y_fit += w * (y - middle_y);
+      largest = std::max(largest, w);
+    }
+  }
+  out = {};
+  if (!(sum > 0)) return;
+  const double pixels = static_cast<double>(p.width) * p.height;
+  out.pixels = static_cast<float>(seen);
+  out.total = static_cast<float>(sum);
+  out.solid_angle = static_cast<float>(sr);
+  out.middle_x = static_cast<float>(x_sum / sr);
+  out.middle_y = static_cast<float>(y_sum / sr);
+  // Sum of (x - middle)² over the block; the fit over a full grid separates.
+  const double xx = pixels * (p.width * p.width - 1) / 12.0, yy = pixels * (p.height * p.height - 1) / 12.0;
+  const double mean = sum / pixels, along_x = xx > 0 ? x_fit / xx : 0, along_y = yy > 0 ? y_fit / yy : 0;
+  const double rest = squares - pixels * mean * mean - along_x * along_x * xx - along_y * along_y * yy;
+  if (seen == pixels && rest <= pixels * (kPlane * mean) * (kPlane * mean)) {
+    out.mean = static_cast<float>(mean);
+    out.along_x = static_cast<float>(along_x);
+    out.along_y = static_cast<float>(along_y);
+  } else {
+    out.unit = static_cast<float>(largest / 255 * 256);
+  }
+}
+
+CodePass::Stretch CodePass::stretch(const LensTable& lens, Lanes lanes, int first, int end) const {
+  const std::size_t per_pixel = lanes == Lanes::interleaved ? 3 : 1, edge = static_cast<std::size_t>(layout_.edge());
+  const std::size_t row = static_cast<std::size_t>(lens.width) * per_pixel;
+  const std::size_t begin = static_cast<std::size_t>(first) * edge * per_pixel;
+  const std::size_t count = std::max(std::min(static_cast<std::size_t>(end) * edge * per_pixel, row) - begin, kFewestLanes);
+  return {std::min(begin, row - count), count};
+}
+
+void CodePass::plan_weights(int lens_number, int block_row, Run& run) {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
+  if (lens.width < static_cast<int>(kFewestLanes)) return;
+  const int top = block_row * layout_.edge(), rows = std::min(layout_.edge(), lens.height - top);
+  const auto weight = [&](int x, int y) {
+    const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
+    return lens.solid_angle[i] * lens.inverse_vignetting[i];
+  };
+  for (std::size_t kind = 0; kind < kLaneKinds; ++kind) {
+    const auto lanes = static_cast<Lanes>(kind);
+    const Stretch s = stretch(lens, lanes, run.first, run.end);
+    run.weights[kind] = weights_.size();
+    weights_.resize(weights_.size() + static_cast<std::size_t>(rows) * s.count);
+    std::uint8_t* at = weights_.data() + run.weights[kind];
+    for (int y = top; y < top + rows; ++y) {
+      for (std::size_t lane = s.begin; lane < s.begin + s.count; ++lane, ++at) {
+        const auto x = static_cast<int>(lanes == Lanes::interleaved ? lane / 3 : lane);
+        if (x / layout_.edge() < run.first || x / layout_.edge() >= run.end) continue;
+        double w = weight(x, y);
+        if (lanes == Lanes::mosaic) {
+          // A sample of a mosaic stands for the whole quad.
+          const int x1 = std::min(x | 1, lens.width - 1), y1 = std::min(y | 1, lens.height - 1);
+          w = 0.25 * (weight(x & ~1, y & ~1) + weight(x1, y & ~1) + weight(x & ~1, y1) + weight(x1, y1));
+        }
+        const BlockWeight& block = blocks_[layout_.block_of(lens_number, x, y)];
+        // What is seen at all keeps a weight: a sun in the last pixel must not vanish.
+        if (w > 0) *at = static_cast<std::uint8_t>(std::clamp(std::lround(w * 256 / block.unit), 1L, 255L));
+      }
+    }
+  }
+}
+
+void CodePass::run(const Frame& frame, BlockSums& out) {
+  out.clear();
+  const auto radiance_per_linear = static_cast<float>(1 / (frame.info.exposure_s * frame.info.gain));
+  for (const View& view : frame.views()) {
+    const LensPlan& plan = lenses_[static_cast<std::size_t>(view.lens)];
+    for (std::size_t row = 0; row < plan.rows.size(); ++row) {
+      const int top = static_cast<int>(row) * layout_.edge(), rows = std::min(layout_.edge(), view.height - top);
+      for (const Run& run : plan.rows[row].runs) {
+        sum_run(view, plan, top, rows, run);
+        finish_run(view, plan, top, rows, run, radiance_per_linear, out);
+      }
+    }
+  }
+}
+
+void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run) {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(view.lens)];
+  const Lanes lanes = lanes_of(view.format);
+  const Stretch s = stretch(lens, lanes, run.first, run.end);
+  const std::uint8_t* weights = weights_.data() + run.weights[static_cast<std::size_t>(lanes)];
+  const CodeTable16* table = plan.identity ? nullptr : &plan.linear16;
+  const auto sum_codes = [&](const CodeRows& codes, const std::uint8_t* w, std::size_t w_stride, std::size_t count,
+                             const LaneSums& to) {
+    if (run.weighted)
+      sum_weighted_lanes(codes, w, w_stride, count, to);
+    else
+      sum_lanes(codes, count, to);
+  };
+  if (lanes == Lanes::interleaved) {
+    sum_codes({bytes(view, static_cast<std::size_t>(top)) + s.begin, view.stride, rows, table, plan.clipped8}, weights,
+              s.count, s.count, groups_[0].at(s.begin));
+    return;
+  }
+  if (lanes == Lanes::mosaic) {
+    for (std::size_t parity = 0; parity < 2; ++parity) {
+      const std::uint8_t* first = bytes(view, static_cast<std::size_t>(top) + parity);
+      const LaneSums to = groups_[parity].at(s.begin);
+      const std::uint8_t* w = weights + parity * s.count;
+      if (view.format == PixelFormat::bayer_rggb8) {
+        sum_codes({first + s.begin, 2 * view.stride, rows / 2, table, plan.clipped8}, w, 2 * s.count, s.count, to);
+        continue;
+      }
+      const bool ten = view.format == PixelFormat::bayer_rggb10;
+      const WordRows words{first + 2 * s.begin, 2 * view.stride, rows / 2,
+                           static_cast<std::uint16_t>(ten ? 1023 : 4095), ten ? plan.clipped10 : plan.clipped12};
+      if (run.weighted)
+        sum_weighted_wide_lanes(words, w, 2 * s.count, s.count, to);
+      else
+        sum_wide_lanes(words, s.count, to);
+    }
+    return;
+  }
+  for (std::size_t done = 0; done < s.count; done += kChunk) {
+    const std::size_t count = std::min(kChunk, std::max(s.count - done, kFewestLanes));
+    const std::size_t within = std::min(done, s.count - count), at = s.begin + within;
+    for (int y = 0; y < rows; ++y) {
+      const auto row = static_cast<std::size_t>(top + y);
+      std::uint8_t* plane = planes_.data() + static_cast<std::size_t>(y) * kChunk;
+      constexpr std::size_t kNext = kMostRows * kChunk;
+      if (view.format == PixelFormat::yuyv)
+        planes_of_yuyv(bytes(view, row) + 2 * at, count, plane, plane + kNext, plane + 2 * kNext);
+      else
+        planes_of_nv12(bytes(view, row) + at, bytes(view, static_cast<std::size_t>(view.height) + row / 2) + at, count,
+                       plane, plane + kNext, plane + 2 * kNext);
+    }
+    for (std::size_t c = 0; c < 3; ++c)
+      sum_codes({planes_.data() + c * kMostRows * kChunk, kChunk, rows, table, plan.clipped8}, weights + within, s.count,
+                count, groups_[c].at(at));
+  }
+}
+
+void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run,
+                          float radiance_per_linear, BlockSums& out) {
+  const Lanes lanes = lanes_of(view.format);
+  const auto edge = static_cast<std::size_t>(layout_.edge()), first = static_cast<std::size_t>(run.first);
+  const std::size_t blocks = static_cast<std::size_t>(run.end) - first;
+  const std::size_t row_lanes = static_cast<std::size_t>(view.width) * (lanes == Lanes::interleaved ? 3 : 1);
+  const std::size_t per_block = edge * (lanes == Lanes::interleaved ? 3 : 1);
+  const std::size_t group_count = lanes == Lanes::interleaved ? 1 : lanes == Lanes::mosaic ? 2 : 3;
+  const std::size_t channels = lanes == Lanes::interleaved ? 3 : lanes == Lanes::mosaic ? 2 : 1;
+  const std::size_t begin = first * per_block, end = begin + blocks * per_block;
+  for (std::size_t g = 0; g < group_count; ++g) {
+    Scratch& group = groups_[g];
+    // The last block of a row may be narrower.
+    for (std::size_t lane = row_lanes; lane < end; ++lane)
+      group.sum[lane] = group.early[lane] = group.peak[lane] = group.clipped[lane] = 0;
+    sum_blocks(group.at(begin), static_cast<int>(channels), layout_.edge() / (lanes == Lanes::mosaic ? 2 : 1), blocks,
+               group.across.data() + begin);
+  }
+
+  const bool words = view.format == PixelFormat::bayer_rggb10 || view.format == PixelFormat::bayer_rggb12;
+  const float top_code = view.format == PixelFormat::bayer_rggb10 ? 1023 : words ? 4095 : 255;
+  const unsigned clipped_from = !words ? plan.clipped8 : top_code == 1023 ? plan.clipped10 : plan.clipped12;
+  // Linear value per unit of the kernels' sums.
+  const float plain_unit = plan.linear_unit / (plan.identity ? top_code : 65535);
+  const float unit = !run.weighted ? plain_unit : plan.identity ? plain_unit / (words ? 16 : 257) : plain_unit;
+  const auto sum_rows = static_cast<float>(lanes == Lanes::mosaic ? rows / 2 : rows);
+  const std::size_t block0 = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
+  const float k = radiance_per_linear;
+
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const BlockWeight& w = blocks_[block0 + b];
+    const auto width = static_cast<float>(std::min<std::size_t>(edge, static_cast<std::size_t>(view.width) - (first + b) * edge));
+    const float half_x = 0.5F * (width - 1), half_y = 0.5F * static_cast<float>(rows - 1);
+    float s[3], x[3], y[3];
+    unsigned peak[3], most_clipped = 0;
+    const auto take = [&](std::size_t g, std::size_t c, float& sum, float& across, float& low, unsigned& code) {
+      const Scratch& group = groups_[g];
+      const std::size_t at = begin + b * channels + c;
+      sum = static_cast<float>(group.sum[at]);
+      across = static_cast<float>(group.across[at]);
+      low = sum_rows * sum - static_cast<float>(group.early[at]);
+      code = group.peak[at];
+      if (code < clipped_from) return;
+      unsigned clipped = 0;
+      for (std::size_t i = 0; i < edge / (lanes == Lanes::mosaic ? 2 : 1); ++i)
+        clipped += group.clipped[begin + b * per_block + i * channels + c];
+      most_clipped = std::max(most_clipped, clipped * (lanes == Lanes::mosaic ? 4 : 1));
+    };
+    if (lanes == Lanes::mosaic) {
+      float s2[4], x2[4], y2[4];
+      unsigned p2[4];
+      for (std::size_t q = 0; q < 4; ++q) {
+        take(q / 2, q % 2, s2[q], x2[q], y2[q], p2[q]);
+        // Places of quads to places of pixels.
+        x2[q] = 2 * x2[q] + 0.5F * s2[q];
+        y2[q] = 2 * y2[q] + 0.5F * s2[q];
+      }
+      s[0] = 4 * s2[0], s[1] = 2 * (s2[1] + s2[2]), s[2] = 4 * s2[3];
+      x[0] = 4 * x2[0], x[1] = 2 * (x2[1] + x2[2]), x[2] = 4 * x2[3];
+      y[0] = 4 * y2[0], y[1] = 2 * (y2[1] + y2[2]), y[2] = 4 * y2[3];
+      peak[0] = p2[0], peak[1] = std::max(p2[1], p2[2]), peak[2] = p2[3];
+    } else {
+      for (std::size_t c = 0; c < 3; ++c)
+        take(lanes == Lanes::planar ? c : 0, lanes == Lanes::planar ? 0 : c, s[c], x[c], y[c], peak[c]);
+    }
+
+    float light[3], mean[3], sum = 0, across = 0, down = 0, brightest = 0;
+    const float brighten = w.total / w.solid_angle;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float weight = kLuminanceWeights[c] * plan.white[c];
+      if (w.unit > 0) {
+        // Products are cut off: half a unit each, on average.
+        light[c] = unit * w.unit * (s[c] + 0.5F * w.pixels) + plan.linear_from * w.total;
+        mean[c] = light[c] / w.total;
+        across += weight * (x[c] - w.middle_x * s[c]);
+        down += weight * (y[c] - w.middle_y * s[c]);
+      } else {
+        const float moved_x = unit * (x[c] - half_x * s[c]), moved_y = unit * (y[c] - half_y * s[c]);
+        const float value = unit * s[c] + plan.linear_from * w.pixels;
+        light[c] = w.mean * value + w.along_x * moved_x + w.along_y * moved_y;
+        mean[c] = value / w.pixels;
+        across += weight * moved_x;
+        down += weight * moved_y;
+      }
+      sum += weight * (w.unit > 0 ? s[c] : unit * s[c]);
+      const float code = plan.identity ? static_cast<float>(peak[c]) * plain_unit
+                                       : static_cast<float>(plan.linear16[peak[c]]) * plain_unit;
+      brightest += weight * (code + plan.linear_from) * brighten * k;
+      light[c] *= k * plan.white[c];
+    }
+    const std::size_t block = block0 + b;
+    out.sum[block] = {light[0], light[1], light[2]};
+    out.peak[block] = std::max(brightest, 0.0F);
+    out.offset_x[block] = sum > 0 ? across / sum : 0;
+    out.offset_y[block] = sum > 0 ? down / sum : 0;
+
+    const float largest = std::clamp(std::max({mean[0], mean[1], mean[2]}), 0.0F, 1.0F);
+    const float step = plan.identity ? plain_unit : plan.step8[static_cast<std::size_t>(largest * 4095)];
+    const float variance = plan.read2 + plan.shot * std::max(mean[1], 0.0F) + step * step * (1.0F / 12);
+    out.noise += static_cast<double>(w.total) * w.total / w.pixels * variance * k * k;
+    out.bias += static_cast<double>(w.total) * hidden_light(mean[1], step, plan.cut_noise) * k;
+    out.clipped_sr += static_cast<double>(w.solid_angle) * std::min(1.0F, static_cast<float>(most_clipped) / w.pixels);
+    if (most_clipped > 0) out.clipped_row[layout_.row_of(view.lens, top)] = 1;
+  }
+}
+
+}  // namespace lightwell::estimate

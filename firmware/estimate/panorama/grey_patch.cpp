@@ -1,0 +1,51 @@
+#include "estimate/panorama/grey_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lightwell {
+
+Status GreyPatch::validate(const RigParameters& rig) const {
+  const auto wrong = [](const char* what) { return Status(StatusCode::invalid_argument, std::string("grey patch: ") + what); };
+  if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size()) return wrong("lens is not in the calibration");
+  const LensParameters& l = rig.lenses[static_cast<std::size_t>(lens)];
+  if (width < 1 || height < 1 || x < 0 || y < 0 || width > l.width - x || height > l.height - y)
+    return wrong("x, y, width and height must lie within the picture");
+  const Vec3d n = vec_cast<double>(normal);
+  if (!(std::abs(dot(n, n) - 1) < 1e-3)) return wrong("normal must have length one");
+  if (!(albedo > 0 && albedo <= 1)) return wrong("albedo must be above 0 and at most 1");
+  return {};
+}
+
+namespace estimate {
+
+GreyPatchReader::GreyPatchReader(const GreyPatch& patch, const RigTable& table)
+    : patch_(patch), table_(table), row_(table.lenses[static_cast<std::size_t>(patch.lens)].width) {}
+
+std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const BlockLayout& layout) {
+  if (!reader.has(patch_.lens)) return std::nullopt;
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(patch_.lens)];
+  double luminance = 0, pixels = 0;
+  ReadingCounts ignored;
+  for (int y = patch_.y; y < patch_.y + patch_.height; ++y) {
+    // A read must not reach beyond its block.
+    for (int x = patch_.x, end = 0; x < patch_.x + patch_.width; x = end) {
+      end = std::min((x | (layout.edge() - 1)) + 1, patch_.x + patch_.width);
+      reader.read(patch_.lens, y, x, end, row_, ignored);
+      for (int i = 0; i < end - x; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x + i);
+        if (!row_.certain && row_.clipped[k] != 0) return std::nullopt;
+        if (!(lens.solid_angle[at] > 0)) continue;
+        luminance += 0.2126 * row_.r[k] + 0.7152 * row_.g[k] + 0.0722 * row_.b[k];
+        ++pixels;
+      }
+    }
+  }
+  if (!(luminance > 0) || !std::isfinite(luminance)) return std::nullopt;
+  return luminance / pixels * std::numbers::pi / patch_.albedo;
+}
+
+}  // namespace estimate
+}  // namespace lightwell

@@ -1,0 +1,672 @@
+#include "estimate/panorama/kernels/lane_sums.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "estimate/panorama/kernels/lane_sums.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h, says Highway.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace lightwell::estimate {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D8 = hn::ScalableTag<std::uint8_t>;
+using D16 = hn::RepartitionToWide<D8>;
+using D32 = hn::RepartitionToWide<D16>;
+using DI16 = hn::RebindToSigned<D16>;
+using V8 = hn::Vec<D8>;
+using V16 = hn::Vec<D16>;
+using V32 = hn::Vec<D32>;
+
+/// A strip walks down as many rows as a block has, too many streams for the processor to foresee: without this the pass
+/// takes twice as long on memory that no cache holds.
+constexpr std::ptrdiff_t kAhead = 512;
+
+/// Twice as wide: the lower and the upper half of what one vector held.
+struct Wide {
+  V16 lower, upper;
+};
+
+HWY_INLINE Wide widened(V8 v) {
+  const hn::Half<D8> half;
+  return {hn::PromoteTo(D16(), hn::LowerHalf(half, v)), hn::PromoteTo(D16(), hn::UpperHalf(half, v))};
+}
+
+// 256 entries of 16 bits do not fit a vector's shuffle everywhere. Where they do, a code costs a fraction of a load.
+#if HWY_TARGET == HWY_AVX3_DL
+class Lookup {
+ public:
+  explicit Lookup(const CodeTable16& table) {
+    alignas(64) std::uint8_t bytes[2][256];
+    for (std::size_t i = 0; i < 256; ++i) {
+      bytes[0][i] = static_cast<std::uint8_t>(table[i]);
+      bytes[1][i] = static_cast<std::uint8_t>(table[i] >> 8);
+    }
+    for (int half = 0; half < 2; ++half)
+      for (int quarter = 0; quarter < 4; ++quarter)
+        part_[half][quarter] = _mm512_load_si512(bytes[half] + 64 * quarter);
+  }
+  /// Low bytes, then high bytes.
+  HWY_INLINE void bytes(V8 codes, __m512i (&out)[2]) const {
+    const __mmask64 high = _mm512_movepi8_mask(codes.raw);
+    for (int half = 0; half < 2; ++half)
+      out[half] = _mm512_mask_blend_epi8(high, _mm512_permutex2var_epi8(part_[half][0], codes.raw, part_[half][1]),
+                                         _mm512_permutex2var_epi8(part_[half][2], codes.raw, part_[half][3]));
+  }
+  HWY_INLINE Wide operator()(V8 codes) const {
+    __m512i bytes[2];
+    this->bytes(codes, bytes);
+    // Halves in order: low bytes widened, high bytes widened and shifted.
+    const Wide low = widened(V8{bytes[0]}), up = widened(V8{bytes[1]});
+    return {hn::Or(low.lower, hn::ShiftLeft<8>(up.lower)), hn::Or(low.upper, hn::ShiftLeft<8>(up.upper))};
+  }
+
+ private:
+  __m512i part_[2][4];
+};
+#elif HWY_TARGET == HWY_NEON && HWY_ARCH_ARM_A64
+class Lookup {
+ public:
+  explicit Lookup(const CodeTable16& table) {
+    std::uint8_t bytes[2][256];
+    for (std::size_t i = 0; i < 256; ++i) {
+      bytes[0][i] = static_cast<std::uint8_t>(table[i]);
+      bytes[1][i] = static_cast<std::uint8_t>(table[i] >> 8);
+    }
+    for (int half = 0; half < 2; ++half)
+      for (int quarter = 0; quarter < 4; ++quarter) part_[half][quarter] = vld1q_u8_x4(bytes[half] + 64 * quarter);
+  }
+  HWY_INLINE Wide operator()(V8 codes) const {
+    const uint8x16_t at[4] = {codes.raw, vsubq_u8(codes.raw, vdupq_n_u8(64)), vsubq_u8(codes.raw, vdupq_n_u8(128)),
+                              vsubq_u8(codes.raw, vdupq_n_u8(192))};
+    uint8x16_t bytes[2];
+    for (int half = 0; half < 2; ++half) {
+      // An index beyond the 64 bytes gives zero (tbl) or leaves what was there (tbx).
+      bytes[half] = vqtbl4q_u8(part_[half][0], at[0]);
+      for (int quarter = 1; quarter < 4; ++quarter)
+        bytes[half] = vqtbx4q_u8(bytes[half], part_[half][quarter], at[quarter]);
+    }
+    return {V16(vreinterpretq_u16_u8(vzip1q_u8(bytes[0], bytes[1]))),
+            V16(vreinterpretq_u16_u8(vzip2q_u8(bytes[0], bytes[1])))};
+  }
+
+ private:
+  uint8x16x4_t part_[2][4];
+};
+#else
+class Lookup {
+ public:
+  explicit Lookup(const CodeTable16& table) : table_(table.data()) {}
+  HWY_INLINE Wide operator()(V8 codes) const {
+    const D8 d8;
+    const D16 d16;
+    HWY_ALIGN std::uint8_t in[hn::MaxLanes(d8)];
+    HWY_ALIGN std::uint16_t out[hn::MaxLanes(d8)];
+    hn::Store(codes, d8, in);
+    for (std::size_t i = 0; i < hn::Lanes(d8); ++i) out[i] = table_[in[i]];
+    return {hn::Load(d16, out), hn::Load(d16, out + hn::Lanes(d16))};
+  }
+
+ private:
+  const std::uint16_t* table_;
+};
+#endif
+
+/// 257 v: full scale of 8 bits to that of 16.
+struct Repeat {
+  HWY_INLINE Wide operator()(V8 codes) const {
+    const Wide w = widened(codes);
+    return {hn::Or(w.lower, hn::ShiftLeft<8>(w.lower)), hn::Or(w.upper, hn::ShiftLeft<8>(w.upper))};
+  }
+};
+
+/// Four vectors of 32 bits that belong to one of 8: sums of 16-bit values down the rows.
+struct Sums32 {
+  V32 part[4];
+
+  HWY_INLINE Sums32() {
+    for (V32& p : part) p = hn::Zero(D32());
+  }
+  HWY_INLINE void add(const Wide& v) {
+    const hn::Half<D16> half;
+    part[0] = hn::Add(part[0], hn::PromoteTo(D32(), hn::LowerHalf(half, v.lower)));
+    part[1] = hn::Add(part[1], hn::PromoteTo(D32(), hn::UpperHalf(half, v.lower)));
+    part[2] = hn::Add(part[2], hn::PromoteTo(D32(), hn::LowerHalf(half, v.upper)));
+    part[3] = hn::Add(part[3], hn::PromoteTo(D32(), hn::UpperHalf(half, v.upper)));
+  }
+  HWY_INLINE void add(const Sums32& s) {
+    for (int i = 0; i < 4; ++i) part[i] = hn::Add(part[i], s.part[i]);
+  }
+  HWY_INLINE void store(std::uint32_t* to) const {
+    const D32 d;
+    for (std::size_t i = 0; i < 4; ++i) hn::StoreU(part[i], d, to + i * hn::Lanes(d));
+  }
+};
+
+HWY_INLINE void store_wide(const Wide& v, std::uint16_t* to) {
+  const D16 d;
+  hn::StoreU(v.lower, d, to);
+  hn::StoreU(v.upper, d, to + hn::Lanes(d));
+}
+
+/// How often each lane is at least `limit`; looked at again only where a peak says that one is.
+template <class D, class Row>
+HWY_INLINE hn::Vec<D> count_from(D d, hn::Vec<D> limit, int rows, Row&& row) {
+  hn::Vec<D> count = hn::Zero(d);
+  for (int y = 0; y < rows; ++y) {
+    const hn::Vec<D> v = row(y);
+    count = hn::Add(count, hn::IfThenElseZero(hn::Eq(hn::Max(v, limit), v), hn::Set(d, 1)));
+  }
+  return count;
+}
+
+template <class D>
+HWY_INLINE bool reaches(D d, hn::Vec<D> peak, hn::Vec<D> limit) {
+  return !hn::AllFalse(d, hn::Eq(hn::Max(peak, limit), peak));
+}
+
+/// Calls strip(at) for every vector of lanes; the last is shifted back to end with the row.
+template <class Strip>
+HWY_INLINE void for_strips(std::size_t lanes, Strip&& strip) {
+  const std::size_t n = hn::Lanes(D8());
+  std::size_t at = 0;
+  for (; at + n <= lanes; at += n) strip(at);
+  if (at < lanes) strip(lanes - n);
+}
+
+/// The lower limit of clipped codes in 8 bits; `clips` where there is one.
+struct Limit8 {
+  bool clips;
+  V8 value;
+  HWY_INLINE explicit Limit8(unsigned from)
+      : clips(from < 256), value(hn::Set(D8(), static_cast<std::uint8_t>(std::min(from, 255U)))) {}
+};
+
+HWY_INLINE void store_peak(const CodeRows& rows, const Limit8& limit, V8 peak, const std::uint8_t* weights,
+                           std::size_t weight_stride, std::size_t at, const LaneSums& out) {
+  const D8 d8;
+  V8 clipped = hn::Zero(d8);
+  if (limit.clips && reaches(d8, peak, limit.value))
+    clipped = count_from(d8, limit.value, rows.rows, [&](int y) HWY_ATTR {
+      const auto row = static_cast<std::size_t>(y);
+      const V8 v = hn::LoadU(d8, rows.first + row * rows.stride + at);
+      if (weights == nullptr) return v;
+      return hn::IfThenZeroElse(hn::Eq(hn::LoadU(d8, weights + row * weight_stride + at), hn::Zero(d8)), v);
+    });
+  store_wide(widened(peak), out.peak + at);
+  store_wide(widened(clipped), out.clipped + at);
+}
+
+/// Codes are linear: 16 of them, and the sums of their sums, fit 16 bits.
+void SumCodes(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
+  const D8 d8;
+  const D16 d16;
+  const Limit8 limit(rows.clipped_from);
+  for_strips(lanes, [&](std::size_t at) HWY_ATTR {
+    Wide sum{hn::Zero(d16), hn::Zero(d16)}, early = sum;
+    V8 peak = hn::Zero(d8);
+    const std::uint8_t* row = rows.first + at;
+    for (int y = 0; y < rows.rows; ++y, row += rows.stride) {
+      __builtin_prefetch(row + kAhead);
+      const V8 v = hn::LoadU(d8, row);
+      peak = hn::Max(peak, v);
+      const Wide w = widened(v);
+      sum = {hn::Add(sum.lower, w.lower), hn::Add(sum.upper, w.upper)};
+      early = {hn::Add(early.lower, sum.lower), hn::Add(early.upper, sum.upper)};
+    }
+    Sums32 wide_sum, wide_early;
+    wide_sum.add(sum);
+    wide_early.add(early);
+    wide_sum.store(out.sum + at);
+    wide_early.store(out.early + at);
+    store_peak(rows, limit, peak, nullptr, 0, at, out);
+  });
+}
+
+/// Sums of looked-up codes, two rows at a time.
+class TableSums {
+ public:
+  HWY_INLINE explicit TableSums(const Lookup& lookup) : lookup_(lookup) { clear(); }
+
+#if HWY_TARGET == HWY_AVX3_DL
+  // Low and high bytes apart, each pair of rows interleaved: a multiplication by (1, 1) sums them to 16 bits without
+  // widening first, one by their distances from the last row gives `early`. 16 rows of bytes, times at most 16, and
+  // the sum of that fit 16 bits.
+  HWY_INLINE void clear() {
+    for (auto& plane : sum_)
+      for (__m512i& s : plane) s = _mm512_setzero_si512();
+    for (auto& plane : early_)
+      for (__m512i& s : plane) s = _mm512_setzero_si512();
+  }
+  HWY_INLINE void add(V8 upper_row, V8 lower_row, int upper_distance, int lower_weight) {
+    const __m512i ones = _mm512_set1_epi16(static_cast<short>(1 | lower_weight << 8));
+    const __m512i distances =
+        _mm512_set1_epi16(static_cast<short>(upper_distance | (lower_weight * (upper_distance - 1)) << 8));
+    __m512i a[2], b[2];
+    lookup_.bytes(upper_row, a);
+    lookup_.bytes(lower_row, b);
+    for (int plane = 0; plane < 2; ++plane) {
+      const __m512i pairs[2] = {_mm512_unpacklo_epi8(a[plane], b[plane]), _mm512_unpackhi_epi8(a[plane], b[plane])};
+      for (int k = 0; k < 2; ++k) {
+        sum_[plane][k] = _mm512_add_epi16(sum_[plane][k], _mm512_maddubs_epi16(pairs[k], ones));
+        early_[plane][k] = _mm512_add_epi16(early_[plane][k], _mm512_maddubs_epi16(pairs[k], distances));
+      }
+    }
+  }
+  HWY_INLINE void store(std::uint32_t* sum, std::uint32_t* early) const {
+    store(sum_, sum);
+    store(early_, early);
+  }
+
+ private:
+  /// Each block of 128 bits of the first half holds the lower eight lanes of sixteen, of the second the upper eight.
+  static HWY_INLINE void store(const __m512i (&plane)[2][2], std::uint32_t* to) {
+    const __m512i first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), second = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+    for (int half = 0; half < 2; ++half) {
+      const __m512i order = half == 0 ? first : second;
+      const __m512i low = _mm512_permutex2var_epi64(plane[0][0], order, plane[0][1]);
+      const __m512i high = _mm512_permutex2var_epi64(plane[1][0], order, plane[1][1]);
+      for (int quarter = 0; quarter < 2; ++quarter) {
+        const __m256i l = quarter == 0 ? _mm512_castsi512_si256(low) : _mm512_extracti64x4_epi64(low, 1);
+        const __m256i h = quarter == 0 ? _mm512_castsi512_si256(high) : _mm512_extracti64x4_epi64(high, 1);
+        const __m512i v = _mm512_add_epi32(_mm512_cvtepu16_epi32(l), _mm512_slli_epi32(_mm512_cvtepu16_epi32(h), 8));
+        _mm512_storeu_si512(to + 32 * half + 16 * quarter, v);
+      }
+    }
+  }
+
+  __m512i sum_[2][2], early_[2][2];
+#else
+  HWY_INLINE void clear() { sum_ = early_ = Sums32(); }
+  HWY_INLINE void add(V8 upper_row, V8 lower_row, int, int lower_weight) {
+    sum_.add(lookup_(upper_row));
+    early_.add(sum_);
+    if (lower_weight == 0) return;
+    sum_.add(lookup_(lower_row));
+    early_.add(sum_);
+  }
+  HWY_INLINE void store(std::uint32_t* sum, std::uint32_t* early) const {
+    sum_.store(sum);
+    early_.store(early);
+  }
+
+ private:
+  Sums32 sum_, early_;
+#endif
+  const Lookup& lookup_;
+};
+
+void SumLookedUp(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
+  const D8 d8;
+  const Limit8 limit(rows.clipped_from);
+  const Lookup lookup(*rows.table);
+  for_strips(lanes, [&](std::size_t at) HWY_ATTR {
+    TableSums sums(lookup);
+    V8 peak = hn::Zero(d8);
+    const std::uint8_t* row = rows.first + at;
+    int y = 0;
+    for (; y + 1 < rows.rows; y += 2, row += 2 * rows.stride) {
+      __builtin_prefetch(row + kAhead);
+      __builtin_prefetch(row + rows.stride + kAhead);
+      const V8 upper = hn::LoadU(d8, row), lower = hn::LoadU(d8, row + rows.stride);
+      peak = hn::Max(peak, hn::Max(upper, lower));
+      sums.add(upper, lower, rows.rows - y, 1);
+    }
+    if (y < rows.rows) {
+      const V8 last = hn::LoadU(d8, row);
+      peak = hn::Max(peak, last);
+      sums.add(last, last, rows.rows - y, 0);
+    }
+    sums.store(out.sum + at, out.early + at);
+    store_peak(rows, limit, peak, nullptr, 0, at, out);
+  });
+}
+
+template <class ToLinear>
+void SumWeighted(const CodeRows& rows, const ToLinear& to_linear, const std::uint8_t* weights,
+                 std::size_t weight_stride, std::size_t lanes, const LaneSums& out) {
+  const D8 d8;
+  const Limit8 limit(rows.clipped_from);
+  for_strips(lanes, [&](std::size_t at) HWY_ATTR {
+    Sums32 sum, early;
+    V8 peak = hn::Zero(d8);
+    const std::uint8_t* row = rows.first + at;
+    const std::uint8_t* weight_row = weights + at;
+    for (int y = 0; y < rows.rows; ++y, row += rows.stride, weight_row += weight_stride) {
+      __builtin_prefetch(row + kAhead);
+      const V8 v = hn::LoadU(d8, row), w = hn::LoadU(d8, weight_row);
+      // What has no weight is not seen: its code is neither a peak nor clipped.
+      peak = hn::Max(peak, hn::IfThenZeroElse(hn::Eq(w, hn::Zero(d8)), v));
+      const Wide linear = to_linear(v), wide = widened(w);
+      sum.add(Wide{hn::MulHigh(linear.lower, hn::ShiftLeft<8>(wide.lower)),
+                   hn::MulHigh(linear.upper, hn::ShiftLeft<8>(wide.upper))});
+      early.add(sum);
+    }
+    sum.store(out.sum + at);
+    early.store(out.early + at);
+    store_peak(rows, limit, peak, weights, weight_stride, at, out);
+  });
+}
+
+void SumWeightedCodes(const CodeRows& rows, const std::uint8_t* weights, std::size_t weight_stride, std::size_t lanes,
+                      const LaneSums& out) {
+  if (rows.table != nullptr)
+    SumWeighted(rows, Lookup(*rows.table), weights, weight_stride, lanes, out);
+  else
+    SumWeighted(rows, Repeat(), weights, weight_stride, lanes, out);
+}
+
+void SumWords(const WordRows& rows, const std::uint8_t* weights, std::size_t weight_stride, std::size_t lanes,
+              const LaneSums& out) {
+  const D8 d8;
+  const D16 d16;
+  const bool clips = rows.clipped_from < 65536;
+  const V16 limit = hn::Set(d16, static_cast<std::uint16_t>(std::min(rows.clipped_from, 65535U)));
+  const V16 mask = hn::Set(d16, rows.mask);
+  const auto words = [&](const std::uint8_t* row) HWY_ATTR {
+    const V8 lower = hn::LoadU(d8, row), upper = hn::LoadU(d8, row + hn::Lanes(d8));
+    return Wide{hn::And(hn::BitCast(d16, lower), mask), hn::And(hn::BitCast(d16, upper), mask)};
+  };
+  const auto seen = [&](const Wide& v, const Wide& w) HWY_ATTR {
+    return Wide{hn::IfThenZeroElse(hn::Eq(w.lower, hn::Zero(d16)), v.lower),
+                hn::IfThenZeroElse(hn::Eq(w.upper, hn::Zero(d16)), v.upper)};
+  };
+  for_strips(lanes, [&](std::size_t at) HWY_ATTR {
+    Sums32 sum, early;
+    Wide peak{hn::Zero(d16), hn::Zero(d16)}, clipped = peak;
+    const auto seen_words = [&](int y, Wide& weight) HWY_ATTR {
+      const Wide v = words(rows.first + static_cast<std::size_t>(y) * rows.stride + 2 * at);
+      if (weights == nullptr) return v;
+      weight = widened(hn::LoadU(d8, weights + static_cast<std::size_t>(y) * weight_stride + at));
+      return seen(v, weight);
+    };
+    for (int y = 0; y < rows.rows; ++y) {
+      __builtin_prefetch(rows.first + static_cast<std::size_t>(y) * rows.stride + 2 * at + kAhead);
+      Wide weight{hn::Zero(d16), hn::Zero(d16)};
+      const Wide v = seen_words(y, weight);
+      peak = {hn::Max(peak.lower, v.lower), hn::Max(peak.upper, v.upper)};
+      sum.add(weights == nullptr ? v
+                                 : Wide{hn::MulHigh(hn::ShiftLeft<4>(v.lower), hn::ShiftLeft<8>(weight.lower)),
+                                        hn::MulHigh(hn::ShiftLeft<4>(v.upper), hn::ShiftLeft<8>(weight.upper))});
+      early.add(sum);
+    }
+    sum.store(out.sum + at);
+    early.store(out.early + at);
+    store_wide(peak, out.peak + at);
+    if (clips && (reaches(d16, peak.lower, limit) || reaches(d16, peak.upper, limit))) {
+      Wide unused{hn::Zero(d16), hn::Zero(d16)};
+      clipped.lower = count_from(d16, limit, rows.rows, [&](int y) HWY_ATTR { return seen_words(y, unused).lower; });
+      clipped.upper = count_from(d16, limit, rows.rows, [&](int y) HWY_ATTR { return seen_words(y, unused).upper; });
+    }
+    store_wide(clipped, out.clipped + at);
+  });
+}
+
+/// Of a coefficient times a difference of codes that was shifted up by `shift` bits: the factor for which the rounding
+/// high product comes out in 1/64 of a code.
+constexpr std::int16_t scaled(double coefficient, int shift) {
+  return static_cast<std::int16_t>(coefficient * 64 * 32768 / (1 << shift) + 0.5);
+}
+
+/// Each even (odd) lane twice.
+HWY_INLINE V16 even_twice(V16 v) {
+  const auto pairs = hn::And(hn::BitCast(D32(), v), hn::Set(D32(), 0xFFFF));
+  return hn::BitCast(D16(), hn::Or(pairs, hn::ShiftLeft<16>(pairs)));
+}
+HWY_INLINE V16 odd_twice(V16 v) {
+  const auto pairs = hn::ShiftRight<16>(hn::BitCast(D32(), v));
+  return hn::BitCast(D16(), hn::Or(pairs, hn::ShiftLeft<16>(pairs)));
+}
+
+/// 16-bit lanes of luma, Cb and Cr codes, half a vector of pixels each, to codes of r, g, b in 1/64, rounded.
+struct Ycbcr {
+  hn::Vec<DI16> r, g, b;
+
+  HWY_INLINE Ycbcr(V16 luma, V16 cb, V16 cr) {
+    const DI16 d;
+    const auto y = hn::ShiftLeft<7>(hn::Sub(hn::BitCast(d, luma), hn::Set(d, 16)));
+    const auto u = hn::ShiftLeft<8>(hn::Sub(hn::BitCast(d, cb), hn::Set(d, 128)));
+    const auto v = hn::ShiftLeft<8>(hn::Sub(hn::BitCast(d, cr), hn::Set(d, 128)));
+    const auto times = [&](hn::Vec<DI16> a, std::int16_t k) HWY_ATTR { return hn::MulFixedPoint15(a, hn::Set(d, k)); };
+    const auto l = hn::Add(times(y, scaled(1.164384, 7)), hn::Set(d, 32));
+    r = hn::ShiftRight<6>(hn::SaturatedAdd(l, times(v, scaled(1.596027, 8))));
+    g = hn::ShiftRight<6>(hn::SaturatedSub(hn::SaturatedSub(l, times(u, scaled(0.391762, 8))), times(v, scaled(0.812968, 8))));
+    b = hn::ShiftRight<6>(hn::SaturatedAdd(l, times(u, scaled(2.017232, 8))));
+  }
+};
+
+/// Clamped to 0 to 255.
+HWY_INLINE V8 packed(hn::Vec<DI16> lower, hn::Vec<DI16> upper) {
+  const hn::Half<D8> half;
+  return hn::Combine(D8(), hn::DemoteTo(half, upper), hn::DemoteTo(half, lower));
+}
+
+HWY_INLINE void store_codes(const Ycbcr& lower, const Ycbcr& upper, std::size_t at, std::uint8_t* r, std::uint8_t* g,
+                            std::uint8_t* b) {
+  const D8 d;
+  hn::StoreU(packed(lower.r, upper.r), d, r + at);
+  hn::StoreU(packed(lower.g, upper.g), d, g + at);
+  hn::StoreU(packed(lower.b, upper.b), d, b + at);
+}
+
+/// Half a vector of pixels from luma in the low bytes and Cb, Cr by turns in the high ones.
+HWY_INLINE Ycbcr of_pairs(V16 pixels) {
+  const V16 luma = hn::And(pixels, hn::Set(D16(), 0xFF));
+  const V16 chroma = hn::ShiftRight<8>(pixels);
+  return {luma, even_twice(chroma), odd_twice(chroma)};
+}
+
+void PlanesOfYuyv(const std::uint8_t* row, std::size_t pixels, std::uint8_t* r, std::uint8_t* g, std::uint8_t* b) {
+  const D8 d8;
+  const D16 d16;
+  for_strips(pixels, [&](std::size_t at) HWY_ATTR {
+    __builtin_prefetch(row + 2 * at + kAhead);
+    const V16 lower = hn::BitCast(d16, hn::LoadU(d8, row + 2 * at));
+    const V16 upper = hn::BitCast(d16, hn::LoadU(d8, row + 2 * at + hn::Lanes(d8)));
+    store_codes(of_pairs(lower), of_pairs(upper), at, r, g, b);
+  });
+}
+
+void PlanesOfNv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels, std::uint8_t* r,
+                  std::uint8_t* g, std::uint8_t* b) {
+  const D8 d8;
+  for_strips(pixels, [&](std::size_t at) HWY_ATTR {
+    // Cb Cr of two pixels stand where these two are in the row.
+    const Wide y = widened(hn::LoadU(d8, luma + at)), c = widened(hn::LoadU(d8, chroma + at));
+    store_codes({y.lower, even_twice(c.lower), odd_twice(c.lower)}, {y.upper, even_twice(c.upper), odd_twice(c.upper)},
+                at, r, g, b);
+  });
+}
+
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+// Neighbouring columns are added, and again, until a block is one column. Each step picks the even and the odd columns out
+// of two vectors; 15 lanes (30 of 16 bits) at a time hold whole columns of 1 and of 3 channels, 16 (32) of 1 and of 2.
+struct Fold {
+  std::size_t step32, step16;
+  __m512i even32, odd32, even16, odd16;
+
+  explicit Fold(std::size_t channels) : step32(channels == 3 ? 15 : 16), step16(2 * step32) {
+    alignas(64) std::uint32_t e32[16], o32[16];
+    alignas(64) std::uint16_t e16[32], o16[32];
+    for (std::size_t i = 0; i < 16; ++i) {
+      const std::size_t column = 2 * (i / channels), channel = i % channels;
+      e32[i] = static_cast<std::uint32_t>(column * channels + channel) & 31;
+      o32[i] = static_cast<std::uint32_t>((column + 1) * channels + channel) & 31;
+    }
+    for (std::size_t i = 0; i < 32; ++i) {
+      const std::size_t column = 2 * (i / channels), channel = i % channels;
+      e16[i] = static_cast<std::uint16_t>((column * channels + channel) & 63);
+      o16[i] = static_cast<std::uint16_t>(((column + 1) * channels + channel) & 63);
+    }
+    even32 = _mm512_load_si512(e32);
+    odd32 = _mm512_load_si512(o32);
+    even16 = _mm512_load_si512(e16);
+    odd16 = _mm512_load_si512(o16);
+  }
+};
+
+void SumBlocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
+  const Fold fold(static_cast<std::size_t>(channels));
+  std::size_t left = blocks * static_cast<std::size_t>(edge) * static_cast<std::size_t>(channels);
+  if (edge == 1) std::fill_n(across, left, 0U);
+  for (int width = 1; width < edge; width *= 2) {
+    left /= 2;
+    const __m128i shift = _mm_cvtsi32_si128(std::countr_zero(static_cast<unsigned>(width)));
+    for (std::size_t to = 0; to < left; to += fold.step32) {
+      const std::size_t from = 2 * to;
+      const auto part = [&](const std::uint32_t* p, __m512i which) HWY_ATTR {
+        return _mm512_permutex2var_epi32(_mm512_loadu_si512(p + from), which, _mm512_loadu_si512(p + from + 16));
+      };
+      const __m512i even = part(lanes.sum, fold.even32), odd = part(lanes.sum, fold.odd32);
+      const __m512i early = _mm512_add_epi32(part(lanes.early, fold.even32), part(lanes.early, fold.odd32));
+      __m512i moved = _mm512_sll_epi32(odd, shift);
+      if (width > 1)
+        moved = _mm512_add_epi32(moved, _mm512_add_epi32(part(across, fold.even32), part(across, fold.odd32)));
+      _mm512_storeu_si512(lanes.sum + to, _mm512_add_epi32(even, odd));
+      _mm512_storeu_si512(lanes.early + to, early);
+      _mm512_storeu_si512(across + to, moved);
+    }
+    for (std::size_t to = 0; to < left; to += fold.step16) {
+      const __m512i low = _mm512_loadu_si512(lanes.peak + 2 * to), high = _mm512_loadu_si512(lanes.peak + 2 * to + 32);
+      _mm512_storeu_si512(lanes.peak + to, _mm512_max_epu16(_mm512_permutex2var_epi16(low, fold.even16, high),
+                                                            _mm512_permutex2var_epi16(low, fold.odd16, high)));
+    }
+  }
+}
+#else
+template <class D>
+HWY_INLINE void load_channels(D d, int channels, const hn::TFromD<D>* from, hn::Vec<D> (&out)[3]) {
+  if (channels == 3)
+    hn::LoadInterleaved3(d, from, out[0], out[1], out[2]);
+  else if (channels == 2)
+    hn::LoadInterleaved2(d, from, out[0], out[1]);
+  else
+    out[0] = hn::LoadU(d, from);
+}
+
+template <int kEdge>
+void SumBlocksOf(const LaneSums& lanes, int channels, std::size_t blocks, std::uint32_t* across_out) {
+  const hn::CappedTag<std::uint32_t, kEdge> d32;
+  const hn::CappedTag<std::uint16_t, kEdge> d16;
+  const auto count = static_cast<std::size_t>(channels);
+  for (std::size_t block = 0; block < blocks; ++block) {
+    hn::Vec<decltype(d32)> sum[3], early[3], across[3], part[3], part_early[3];
+    hn::Vec<decltype(d16)> peak[3], part_peak[3];
+    for (std::size_t c = 0; c < count; ++c) {
+      sum[c] = early[c] = across[c] = hn::Zero(d32);
+      peak[c] = hn::Zero(d16);
+    }
+    const std::size_t first = block * kEdge;
+    for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d32)) {
+      load_channels(d32, channels, lanes.sum + (first + i) * count, part);
+      load_channels(d32, channels, lanes.early + (first + i) * count, part_early);
+      const auto column = hn::Iota(d32, static_cast<std::uint32_t>(i));
+      for (std::size_t c = 0; c < count; ++c) {
+        sum[c] = hn::Add(sum[c], part[c]);
+        early[c] = hn::Add(early[c], part_early[c]);
+        across[c] = hn::Add(across[c], hn::Mul(part[c], column));
+      }
+    }
+    for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d16)) {
+      load_channels(d16, channels, lanes.peak + (first + i) * count, part_peak);
+      for (std::size_t c = 0; c < count; ++c) peak[c] = hn::Max(peak[c], part_peak[c]);
+    }
+    for (std::size_t c = 0; c < count; ++c) {
+      const std::size_t at = block * count + c;
+      lanes.sum[at] = hn::GetLane(hn::SumOfLanes(d32, sum[c]));
+      lanes.early[at] = hn::GetLane(hn::SumOfLanes(d32, early[c]));
+      lanes.peak[at] = hn::GetLane(hn::MaxOfLanes(d16, peak[c]));
+      across_out[at] = hn::GetLane(hn::SumOfLanes(d32, across[c]));
+    }
+  }
+}
+
+/// Too narrow for a vector.
+void SumNarrowBlocks(const LaneSums& lanes, std::size_t channels, std::size_t edge, std::size_t blocks,
+                     std::uint32_t* across_out) {
+  for (std::size_t block = 0; block < blocks; ++block) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      std::uint32_t sum = 0, across = 0, early = 0;
+      std::uint16_t peak = 0;
+      for (std::size_t i = 0; i < edge; ++i) {
+        const std::size_t lane = (block * edge + i) * channels + c;
+        sum += lanes.sum[lane];
+        across += static_cast<std::uint32_t>(i) * lanes.sum[lane];
+        early += lanes.early[lane];
+        peak = std::max(peak, lanes.peak[lane]);
+      }
+      const std::size_t at = block * channels + c;
+      lanes.sum[at] = sum;
+      lanes.early[at] = early;
+      lanes.peak[at] = peak;
+      across_out[at] = across;
+    }
+  }
+}
+
+void SumBlocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
+  if (edge == 16)
+    SumBlocksOf<16>(lanes, channels, blocks, across);
+  else if (edge == 8)
+    SumBlocksOf<8>(lanes, channels, blocks, across);
+  else
+    SumNarrowBlocks(lanes, static_cast<std::size_t>(channels), static_cast<std::size_t>(edge), blocks, across);
+}
+#endif
+
+}  // namespace HWY_NAMESPACE
+}  // namespace lightwell::estimate
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace lightwell::estimate {
+
+HWY_EXPORT(SumCodes);
+HWY_EXPORT(SumLookedUp);
+HWY_EXPORT(SumWeightedCodes);
+HWY_EXPORT(SumWords);
+HWY_EXPORT(SumBlocks);
+HWY_EXPORT(PlanesOfYuyv);
+HWY_EXPORT(PlanesOfNv12);
+
+void sum_lanes(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
+  if (rows.table == nullptr)
+    HWY_DYNAMIC_DISPATCH(SumCodes)(rows, lanes, out);
+  else
+    HWY_DYNAMIC_DISPATCH(SumLookedUp)(rows, lanes, out);
+}
+
+void sum_weighted_lanes(const CodeRows& rows, const std::uint8_t* weights, std::size_t weight_stride,
+                        std::size_t lanes, const LaneSums& out) {
+  HWY_DYNAMIC_DISPATCH(SumWeightedCodes)(rows, weights, weight_stride, lanes, out);
+}
+
+void sum_wide_lanes(const WordRows& rows, std::size_t lanes, const LaneSums& out) {
+  HWY_DYNAMIC_DISPATCH(SumWords)(rows, nullptr, 0, lanes, out);
+}
+
+void sum_weighted_wide_lanes(const WordRows& rows, const std::uint8_t* weights, std::size_t weight_stride,
+                             std::size_t lanes, const LaneSums& out) {
+  HWY_DYNAMIC_DISPATCH(SumWords)(rows, weights, weight_stride, lanes, out);
+}
+
+void sum_blocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
+  HWY_DYNAMIC_DISPATCH(SumBlocks)(lanes, channels, edge, blocks, across);
+}
+
+void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, std::uint8_t* r, std::uint8_t* g, std::uint8_t* b) {
+  HWY_DYNAMIC_DISPATCH(PlanesOfYuyv)(row, pixels, r, g, b);
+}
+
+void planes_of_nv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels, std::uint8_t* r,
+                    std::uint8_t* g, std::uint8_t* b) {
+  HWY_DYNAMIC_DISPATCH(PlanesOfNv12)(luma, chroma, pixels, r, g, b);
+}
+
+}  // namespace lightwell::estimate
+#endif  // HWY_ONCE

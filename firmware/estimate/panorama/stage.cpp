@@ -1,0 +1,162 @@
+#include "estimate/panorama/stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lightwell::estimate {
+namespace {
+
+/// A cell's light is taken at its own centroid where the other way would be wrong by more than this share of all light
+/// times radians.
+constexpr double kMovedShare = 2e-6;
+constexpr std::size_t kMostMoved = 512;
+/// A peak of so many times the mean is a lamp that people look for, however little light it gives.
+constexpr float kStrong = 100;
+
+/// The grid of `layout` out of one of blocks half as wide.
+CellGrid merged_grid(const BlockLayout& layout, const Stage& finer) {
+  std::vector<std::uint32_t> part_of(finer.layout().size());
+  for (std::size_t block = 0; block < part_of.size(); ++block) {
+    const BlockLayout::Place p = finer.layout().place(block);
+    part_of[block] = static_cast<std::uint32_t>(layout.block_of(p.lens, p.x, p.y));
+  }
+  return finer.grid().merged(part_of, layout.size());
+}
+
+}  // namespace
+
+double pixel_side(const RigTable& table) {
+  double pixels = 0;
+  for (const LensTable& lens : table.lenses)
+    for (const float sr : lens.solid_angle) pixels += sr > 0 ? 1 : 0;
+  return std::sqrt(table.covered_sr / std::max(1.0, pixels));
+}
+
+Stage::Stage(const RigParameters& rig, const RigTable& table, int edge, const Stage* finer)
+    : table_(table),
+      layout_(table, edge),
+      grid_(finer != nullptr ? merged_grid(layout_, *finer) : layout_.make_grid(table)),
+      pass_(table, layout_),
+      codes_(rig, table, layout_),
+      brackets_(rig, table, layout_, pass_),
+      sums_(layout_),
+      unseen_(rig, table, layout_, grid_),
+      finder_(table, layout_),
+      pixel_rad_(pixel_side(table)) {
+  moved_.reserve(kMostMoved);
+}
+
+void Stage::look(RowReader& reader, std::span<const Frame> bracket, const EstimatorConfig& config, Seen& out) {
+  if (codes_.takes(bracket)) {
+    codes_.run(bracket[0], sums_);
+  } else if (brackets_.takes(bracket)) {
+    brackets_.run(bracket, sums_);
+    reader.take_by_block(layout_, sums_.exposures);
+  } else {
+    pass_.run(reader, sums_);
+  }
+  unsigned present = 0;
+  out.seen_sr = 0;
+  double luminance = 0;
+  float peak = 0;
+  for (int lens = 0; lens < layout_.lens_count(); ++lens) {
+    const std::size_t first = layout_.first(lens);
+    const std::size_t end = lens + 1 < layout_.lens_count() ? layout_.first(lens + 1) : layout_.size();
+    if (reader.has(lens)) present |= 1U << lens;
+    for (std::size_t block = first; block < end; ++block) {
+      if (!reader.has(lens)) {
+        sums_.sum[block] = {};
+        sums_.peak[block] = sums_.offset_x[block] = sums_.offset_y[block] = 0;
+        continue;
+      }
+      out.seen_sr += grid_.solid_angle(block);
+      luminance += sums_.sum[block].luminance();
+      peak = std::max(peak, sums_.peak[block]);
+    }
+  }
+  const auto mean = static_cast<float>(luminance / std::max(out.seen_sr, 1e-12));
+  const int brightest = finder_.find(reader, sums_, grid_, mean, config, out.lights);
+  out.lamp = peak > kStrong * mean ? brightest : -1;
+  move_uneven(luminance, out);
+  out.filled = unseen_.fill(config.unseen, present, bracket.front().info.mid_exposure, sums_.sum);
+  grid_.project(sums_.sum, moved_, out.projection);
+  if (!out.filled || unseen_.cells().size() == 0) return;
+  unseen_.cells().project(unseen_.sums(), {}, unseen_projection_);
+  for (std::size_t i = 0; i < kRowCount; ++i)
+    for (std::size_t k = 0; k < 3; ++k) out.projection.c[i][k] += unseen_projection_.c[i][k];
+}
+
+std::vector<Vec3f> Stage::cell_directions() const {
+  std::vector<Vec3f> out;
+  for (const CellGrid* grid : {&grid_, &unseen_.cells()})
+    for (std::size_t cell = 0; cell < grid->size(); ++cell) out.push_back(grid->direction(cell));
+  return out;
+}
+
+std::vector<float> Stage::cell_solid_angles() const {
+  std::vector<float> out;
+  for (const CellGrid* grid : {&grid_, &unseen_.cells()})
+    for (std::size_t cell = 0; cell < grid->size(); ++cell) out.push_back(grid->solid_angle(cell));
+  return out;
+}
+
+void Stage::rest_of_cells(std::span<const std::size_t> without, std::vector<CellSum>& out) const {
+  out.assign(sums_.sum.begin(), sums_.sum.end());
+  for (const std::size_t k : without) finder_.take_out(k, out);
+  out.insert(out.end(), unseen_.sums().begin(), unseen_.sums().end());
+}
+
+void Stage::row_profile(int lens, std::vector<float>& out) const {
+  out.clear();
+  const int height = table_.lenses[static_cast<std::size_t>(lens)].height, columns = layout_.columns(lens);
+  for (int top = 0; top < height; top += layout_.edge()) {
+    const std::size_t first = layout_.block_of(lens, 0, top);
+    float luminance = 0, solid_angle = 0;
+    for (std::size_t block = first; block < first + static_cast<std::size_t>(columns); ++block) {
+      luminance += sums_.sum[block].luminance();
+      solid_angle += grid_.solid_angle(block);
+    }
+    const bool tells = solid_angle > 0 && sums_.clipped_row[layout_.row_of(lens, top)] == 0;
+    out.push_back(tells ? luminance / solid_angle : std::numeric_limits<float>::quiet_NaN());
+  }
+}
+
+Vec3d Stage::direction_at(const BlockLayout::Place& p, std::size_t block) const {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
+  const BlockPass::Middle middle = pass_.middle(block);
+  const float x = std::clamp(middle.x + sums_.offset_x[block], 0.0F, static_cast<float>(p.width - 1));
+  const float y = std::clamp(middle.y + sums_.offset_y[block], 0.0F, static_cast<float>(p.height - 1));
+  const int x0 = std::min(static_cast<int>(x), std::max(p.width - 2, 0)), y0 = std::min(static_cast<int>(y), std::max(p.height - 2, 0));
+  Vec3d sum;
+  for (int j = y0; j < std::min(y0 + 2, p.height); ++j) {
+    for (int i = x0; i < std::min(x0 + 2, p.width); ++i) {
+      const double share = (1 - std::abs(x - static_cast<float>(i))) * (1 - std::abs(y - static_cast<float>(j)));
+      sum += vec_cast<double>(lens.direction[static_cast<std::size_t>(p.y + j) * static_cast<std::size_t>(lens.width) +
+                                             static_cast<std::size_t>(p.x + i)]) * share;
+    }
+  }
+  return normalized(sum);
+}
+
+void Stage::move_uneven(double luminance, Seen& out) {
+  moved_.clear();
+  out.uneven = 0;
+  if (!(luminance > 0)) return;
+  const auto limit = static_cast<float>(kMovedShare * luminance / pixel_rad_);
+  double rest = 0;
+  for (std::size_t block = 0; block < sums_.sum.size(); ++block) {
+    const float x = sums_.offset_x[block], y = sums_.offset_y[block];
+    const float moved = std::max(sums_.sum[block].luminance(), 0.0F) * std::sqrt(x * x + y * y);
+    if (moved > limit && moved_.size() < kMostMoved) {
+      if (const Vec3d d = direction_at(layout_.place(block), block); !(d == Vec3d{})) {
+        moved_.push_back({block, d});
+        continue;
+      }
+    }
+    rest += moved;
+  }
+  out.uneven = rest * pixel_rad_;
+}
+
+}  // namespace lightwell::estimate

@@ -1,0 +1,129 @@
+#include "estimate/panorama/unseen.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lightwell::estimate {
+namespace {
+
+/// Cells of about four degrees: what fills them is a guess, and finer ones would not better it.
+constexpr int kCells = 2562;
+/// How long the mean looks back, s.
+constexpr double kMemory = 2;
+constexpr unsigned kAllLenses = (1U << kMaxLenses) - 1;
+
+Vec3d fibonacci(int i) {
+  const double z = 1 - (2 * i + 1.0) / kCells, phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
+  const double r = std::sqrt(std::max(0.0, 1 - z * z));
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+Vec3d mirrored(Vec3d d, Vec3d axis) { return d - axis * (2 * dot(d, axis)); }
+
+}  // namespace
+
+UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
+                         const CellGrid& grid)
+    : table_(table), layout_(layout), grid_(grid), mean_(layout.size()), known_(rig.lenses.size()) {
+  for (const LensParameters& lens : rig.lenses)
+    lenses_.push_back({CameraModel(lens), lens.pose_cv.rotation.normalized().inverse()});
+  const auto middle_of = [&](int lens) {
+    Vec3d sum;
+    for (std::size_t block = 0; block < layout.size(); ++block)
+      if (lens < 0 || layout.place(block).lens == lens)
+        sum += vec_cast<double>(grid.direction(block)) * static_cast<double>(grid.solid_angle(block));
+    return sum;
+  };
+
+  const double missing = 4 * std::numbers::pi - grid.covered_sr();
+  std::vector<Vec3d> directions;
+  if (!grid.whole_sphere())
+    for (int i = 0; i < kCells; ++i)
+      if (const Vec3d d = fibonacci(i); block_seeing(d, kAllLenses) == kNowhere) directions.push_back(d);
+  // Where what is seen has no side, there is nothing to mirror at.
+  const Vec3d middle = middle_of(-1);
+  const bool sided = length(middle) > 0.01 * grid.covered_sr();
+  for (const Vec3d& d : directions) {
+    const CellGrid::Pixel pixel{vec_cast<float>(d), static_cast<float>(missing / static_cast<double>(directions.size()))};
+    cells_.add_cell({&pixel, 1});
+    mirror_of_cell_.push_back(sided ? block_seeing(mirrored(d, normalized(middle)), kAllLenses) : kNowhere);
+  }
+  sums_.resize(cells_.size());
+
+  if (rig.lenses.size() < 2) return;
+  for (int gone = 0; gone < 2; ++gone) {
+    const Vec3d axis = normalized(middle_of(1 - gone));
+    std::vector<std::uint32_t>& mirror = mirror_of_block_.emplace_back(layout.size(), kNowhere);
+    for (std::size_t block = 0; block < layout.size(); ++block)
+      if (layout.place(block).lens == gone && grid.solid_angle(block) > 0)
+        mirror[block] = block_seeing(mirrored(vec_cast<double>(grid.direction(block)), axis), 1U << (1 - gone));
+  }
+}
+
+std::uint32_t UnseenLight::block_seeing(Vec3d direction, unsigned lenses) const {
+  for (std::size_t k = 0; k < lenses_.size(); ++k) {
+    if ((lenses >> k & 1U) == 0) continue;
+    const auto at = lenses_[k].model.project(rotate(lenses_[k].from_probe, direction));
+    if (!at) continue;
+    const double x = std::floor(at->x + 0.5), y = std::floor(at->y + 0.5);
+    const LensTable& lens = table_.lenses[k];
+    if (!(x >= 0 && x < lens.width && y >= 0 && y < lens.height)) continue;
+    const std::size_t block = layout_.block_of(static_cast<int>(k), static_cast<int>(x), static_cast<int>(y));
+    if (grid_.solid_angle(block) > 0) return static_cast<std::uint32_t>(block);
+  }
+  return kNowhere;
+}
+
+void UnseenLight::remember(unsigned present, ProbeTime time, std::span<const CellSum> blocks) {
+  const double dt = std::max(0.0, static_cast<double>((time - last_).ns) * 1e-9);
+  last_ = time;
+  const auto gain = static_cast<float>(1 - std::exp(-dt / kMemory));
+  for (std::size_t block = 0; block < blocks.size(); ++block) {
+    const auto lens = static_cast<std::size_t>(layout_.place(block).lens);
+    if ((present >> lens & 1U) == 0) continue;
+    CellSum& mean = mean_[block];
+    const float a = known_[lens] != 0 ? gain : 1.0F;
+    mean.r += a * (blocks[block].r - mean.r);
+    mean.g += a * (blocks[block].g - mean.g);
+    mean.b += a * (blocks[block].b - mean.b);
+  }
+  for (std::size_t lens = 0; lens < known_.size(); ++lens)
+    if ((present >> lens & 1U) != 0) known_[lens] = 1;
+}
+
+bool UnseenLight::fill(UnseenFill choice, unsigned present, ProbeTime time, std::span<CellSum> blocks) {
+  const unsigned all = (1U << lenses_.size()) - 1;
+  if (choice == UnseenFill::average && lenses_.size() > 1) remember(present, time, blocks);
+  if (choice == UnseenFill::none) {
+    std::fill(sums_.begin(), sums_.end(), CellSum{});
+    return false;
+  }
+  bool filled = false;
+  if (choice == UnseenFill::mirror) {
+    const auto copy = [&](std::uint32_t from, float solid_angle, CellSum& to) {
+      to = {};
+      if (from == kNowhere || !(grid_.solid_angle(from) > 0)) return;
+      const float k = solid_angle / grid_.solid_angle(from);
+      to = {blocks[from].r * k, blocks[from].g * k, blocks[from].b * k};
+      filled = true;
+    };
+    for (std::size_t cell = 0; cell < sums_.size(); ++cell)
+      copy(mirror_of_cell_[cell], cells_.solid_angle(cell), sums_[cell]);
+    for (std::size_t gone = 0; gone < mirror_of_block_.size(); ++gone)
+      if ((present >> gone & 1U) == 0)
+        for (std::size_t block = 0; block < blocks.size(); ++block)
+          if (mirror_of_block_[gone][block] != kNowhere)
+            copy(mirror_of_block_[gone][block], grid_.solid_angle(block), blocks[block]);
+    return filled;
+  }
+  for (std::size_t block = 0; block < blocks.size() && present != all; ++block) {
+    const auto lens = static_cast<std::size_t>(layout_.place(block).lens);
+    if ((present >> lens & 1U) != 0 || known_[lens] == 0) continue;
+    blocks[block] = mean_[block];
+    filled = true;
+  }
+  return filled;
+}
+
+}  // namespace lightwell::estimate

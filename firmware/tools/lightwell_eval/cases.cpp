@@ -1,0 +1,61 @@
+#include "tools/lightwell_eval/cases.hpp"
+
+namespace lightwell::eval {
+
+std::string_view to_string(Knob knob) {
+  switch (knob) {
+    case Knob::setting: return "setting";
+    case Knob::block: return "block";
+    case Knob::band: return "band";
+    case Knob::lights: return "lights";
+    case Knob::epsilon: return "epsilon";
+    case Knob::map: return "map";
+    case Knob::sensor: return "sensor";
+  }
+  return "unknown";
+}
+
+std::vector<Case> all_cases() {
+  std::vector<Case> out;
+  const auto add = [&](std::string label, Knob knob) -> Case& {
+    Case& c = out.emplace_back();
+    c.label = std::move(label);
+    c.knob = knob;
+    return c;
+  };
+  for (const int width : {640, 320, 1280}) {
+    for (const Setting setting : kSettings) {
+      Case& c = add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)), Knob::setting);
+      c.width = width;
+      c.height = width * 3 / 4;
+      c.config.setting = setting;
+      c.named = true;
+    }
+  }
+  // With all bands and lights, so that what blocks cost is not hidden behind what is left out of the message.
+  for (const int edge : {2, 4, 8, 16}) {
+    Case& c = add("block " + std::to_string(edge) + ", eps 0", Knob::block);
+    c.block_edge = edge;
+    c.config.epsilon = 0;
+  }
+  for (const int band : {0, 1, 2, 4}) add("band " + std::to_string(band), Knob::band).config.band = band;
+  for (const int lights : {0, 1, 4, 64}) add("lights " + std::to_string(lights), Knob::lights).config.max_lights = lights;
+  for (const double percent : {0.2, 0.5, 2.0, 5.0}) {
+    std::string text = std::to_string(percent);
+    text.resize(3);
+    add("eps " + text + " %", Knob::epsilon).config.epsilon = percent / 100;
+  }
+  for (const int edge : {8, 16, 32, 64}) add("map " + std::to_string(edge), Knob::map).config.environment_edge = edge;
+  for (const int exposures : {1, 3}) {
+    for (const Setting setting : kSettings) {
+      Case& c = add("8 bit x" + std::to_string(exposures) + " " + std::string(to_string(setting)), Knob::sensor);
+      c.sensor = Sensor::eight_bit;
+      c.exposures = exposures;
+      c.config.setting = setting;
+      c.named = true;
+    }
+  }
+  return out;
+}
+
+}  // namespace lightwell::eval

@@ -1,0 +1,13 @@
+// The rows as a picture: error over time, and error over bytes, every point named, the fronts drawn through.
+#pragma once
+
+#include <span>
+
+#include "tools/lightwell_eval/drawing.hpp"
+#include "tools/lightwell_eval/table.hpp"
+
+namespace lightwell::eval {
+
+[[nodiscard]] Chart pareto_chart(std::span<const Row> rows, const Run& run);
+
+}  // namespace lightwell::eval

@@ -1,0 +1,63 @@
+// A picture of lines, marks and words, and the two files it is written to.
+#pragma once
+
+#include <lightwell/result.hpp>
+#include <string>
+#include <vector>
+
+namespace lightwell::eval {
+
+/// Pixels; y grows downwards.
+struct At {
+  double x = 0, y = 0;
+};
+
+struct Box {
+  double x = 0, y = 0, width = 0, height = 0;
+};
+
+struct Ink {
+  int r = 0, g = 0, b = 0;
+};
+
+enum class Anchor { start, middle, end };
+
+struct Stroke {
+  std::vector<At> points;
+  Ink ink;
+  double width = 1;
+  bool dashed = false;
+};
+
+struct Mark {
+  At at;
+  double radius = 5;
+  Ink ink;
+  bool filled = true;
+  bool square = false;
+};
+
+struct Words {
+  std::string text;  ///< ASCII.
+  At at;             ///< On the baseline, where `anchor` says.
+  double size = 14;  ///< Of the letters' em.
+  Ink ink;
+  Anchor anchor = Anchor::start;
+  bool bold = false;
+  bool upwards = false;  ///< Read from below.
+};
+
+struct Chart {
+  double width = 0, height = 0;
+  std::vector<Stroke> strokes;  ///< Drawn first,
+  std::vector<Mark> marks;      ///< then these,
+  std::vector<Words> words;     ///< and these on top.
+};
+
+/// About as wide as Helvetica is.
+[[nodiscard]] double width_of(const std::string& text, double size, bool bold);
+
+[[nodiscard]] Status write_svg(const Chart& chart, const std::string& path);
+[[nodiscard]] Status write_png(const Chart& chart, const std::string& path);
+
+}  // namespace lightwell::eval

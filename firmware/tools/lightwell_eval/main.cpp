@@ -1,0 +1,130 @@
+// lightwell-eval: the trade between time, bytes and accuracy, measured.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <unistd.h>
+
+#include "tools/lightwell_eval/chart.hpp"
+#include "tools/lightwell_eval/scenes.hpp"
+#include "tools/lightwell_eval/table.hpp"
+
+namespace {
+
+using namespace lightwell;
+using namespace lightwell::eval;
+
+/// Exit codes: the footer of --help.
+enum Exit : int { kOk = 0, kFailed = 1, kUsage = 2 };
+
+int fail(const Status& s) {
+  std::cerr << "lightwell-eval: " << s.message() << "\n";
+  return s.code() == StatusCode::invalid_argument ? kUsage : kFailed;
+}
+
+/// One line that is written over on a terminal, a line a scene elsewhere.
+class Progress {
+ public:
+  explicit Progress(std::size_t steps) : steps_(steps) {}
+  void step(const std::string& scene, const std::string& what) {
+    ++done_;
+    if (terminal_)
+      std::fprintf(stderr, "\r\033[K%3zu %%  %s: %s", 100 * done_ / steps_, scene.c_str(), what.c_str());
+    else if (scene != scene_)
+      std::fprintf(stderr, "%3zu %%  %s\n", 100 * (done_ - 1) / steps_, scene.c_str());
+    scene_ = scene;
+  }
+  ~Progress() {
+    if (terminal_) std::fprintf(stderr, "\r\033[K");
+  }
+
+ private:
+  std::size_t steps_, done_ = 0;
+  std::string scene_;
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
+};
+
+Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool quick, Run& run) {
+  std::vector<Row> rows;
+  for (Case& c : all_cases()) rows.emplace_back().setup = std::move(c);
+  Bench bench(quick ? 2 : 5);
+  Progress progress(paths.size() * rows.size());
+  for (const std::string& path : paths) {
+    Result<sim::Panorama> panorama = sim::load_panorama(path);
+    if (!panorama) return panorama.status();
+    const std::string name = std::filesystem::path(path).stem().string();
+    run.scenes.push_back(name);
+    const Truth truth(name, *panorama);
+    const BallPictures balls = ball_pictures(truth);
+    const sim::Scene scene(std::move(*panorama));
+    std::map<int, Camera> cameras;  // by width
+    for (Row& row : rows) {
+      progress.step(name, row.setup.label);
+      auto camera = cameras.find(row.setup.width);
+      if (camera == cameras.end()) {
+        Result<Camera> made = Camera::make(scene, row.setup.width, row.setup.height);
+        if (!made) return made.status();
+        camera = cameras.emplace(row.setup.width, std::move(*made)).first;
+      }
+      Result<Outcome> outcome = bench.measure(row.setup, truth, balls, camera->second);
+      if (!outcome) return outcome.status();
+      row.scenes.push_back(std::move(*outcome));
+    }
+  }
+  for (Row& row : rows) {
+    const auto bytes = static_cast<std::size_t>(row.scenes.front().picture_bytes);
+    summarise(row, bench.memcpy_seconds().at(bytes));
+  }
+  const auto bytes = static_cast<std::size_t>(rows.front().scenes.front().picture_bytes);
+  run.memcpy_gb_per_s = static_cast<double>(bytes) / bench.memcpy_seconds().at(bytes) * 1e-9;
+  mark_fronts(rows);
+  return rows;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"lightwell-eval measures what the estimator's settings cost and what they give."};
+  app.footer(
+      "Examples:\n"
+      "  lightwell-eval --pareto                       the eight panoramas of cmake/fetch_panoramas; about ten minutes\n"
+      "  lightwell-eval --pareto --quick               three of them, two passes; a minute\n"
+      "  lightwell-eval --pareto --scenes all          with the eighteen of cmake/fetch_panoramas --all\n"
+      "  lightwell-eval --pareto --scenes city,my.exr  by name, or a file (OpenEXR or Radiance, twice as wide as high)\n"
+      "The table goes to stdout, progress to stderr, the picture to OUT/pareto.svg and OUT/pareto.png.\n"
+      "Times mean something on a quiet machine and in the preset bench.\n"
+      "Exit status: 0 measured, 1 an input or output failed, 2 wrong usage.");
+  bool pareto = false, json = false, quick = false;
+  std::string scenes, out = "out";
+  app.add_flag("--pareto", pareto, "Sweep blocks, cameras, bands, lights, epsilon, maps, exposures and the named settings");
+  app.add_option("--scenes", scenes, "all, eight, or names and files with commas between [eight; --quick: city,interior,night]");
+  app.add_option("--out", out, "Folder for the pictures; made where it is not there [out]");
+  app.add_flag("--json", json, "JSON with every scene's figures on stdout instead of the table");
+  app.add_flag("--quick", quick, "Fewer scenes and passes: to look, not to quote");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kOk : kUsage;
+  }
+  if (!pareto) {
+    std::cerr << "lightwell-eval: what shall be measured? There is --pareto; see --help\n";
+    return kUsage;
+  }
+  const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes : quick ? "city,interior,night" : "eight");
+  if (!paths) return fail(paths.status());
+  std::error_code error;
+  std::filesystem::create_directories(out, error);  // Before minutes of measuring, not after them.
+  if (error) return fail({StatusCode::not_found, "cannot make the folder " + out + ": " + error.message() + "; see --out"});
+
+  Run run;
+  run.quick = quick;
+  const Result<std::vector<Row>> rows = measure(*paths, quick, run);
+  if (!rows) return fail(rows.status());
+  std::cout << (json ? json_of(*rows, run) : table_of(*rows, run)) << std::flush;
+  const Chart chart = pareto_chart(*rows, run);
+  if (Status s = write_svg(chart, out + "/pareto.svg"); !s.ok()) return fail(s);
+  if (Status s = write_png(chart, out + "/pareto.png"); !s.ok()) return fail(s);
+  std::cerr << "lightwell-eval: drew " << out << "/pareto.svg and " << out << "/pareto.png\n";
+  return kOk;
+}

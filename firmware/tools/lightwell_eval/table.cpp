@@ -1,0 +1,138 @@
+#include "tools/lightwell_eval/table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace lightwell::eval {
+namespace {
+
+[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
+  std::array<char, 256> out{};
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(out.data(), out.size(), format, arguments);
+  va_end(arguments);
+  return out.data();
+}
+
+std::string percent(double share) { return text(share < 0.1 ? "%.2f" : share < 1 ? "%.1f" : "%.0f", 100 * share); }
+
+std::string camera_of(const Case& c) {
+  return text("%dx%d%s", c.width, c.height, c.sensor == Sensor::ideal ? "" : c.exposures == 1 ? " 8 bit" : " 8 bit x3");
+}
+
+std::string front_of(const Row& row) {
+  return std::string(row.on_time_front ? "time" : "") + (row.on_time_front && row.on_bytes_front ? ", " : "") +
+         (row.on_bytes_front ? "bytes" : "");
+}
+
+using Line = std::vector<std::string>;
+
+Line line_of(const Row& r) {
+  return {r.setup.label,
+          camera_of(r.setup),
+          text("%.2f", r.ms),
+          text("%.2f", r.memcpy_ratio),
+          r.instructions_per_pixel ? text("%.1f", *r.instructions_per_pixel) : "not available here",
+          text("%.0f", r.bytes),
+          percent(r.rms) + " / " + percent(r.worst_rms),
+          percent(r.largest) + " / " + percent(r.worst_largest),
+          r.light_deg ? text("%.2f / %.2f", *r.light_deg, *r.worst_light_deg) : "-",
+          percent(r.balls[0]) + " / " + percent(r.balls[1]) + " / " + percent(r.balls[2]),
+          r.unbounded_share >= 0.5 ? "none" : percent(r.bound) + (r.unbounded_share > 0 ? "*" : ""),
+          front_of(r)};
+}
+
+std::string number(double v) { return std::isfinite(v) ? text("%.6g", v) : "null"; }
+std::string number(const std::optional<double>& v) { return v ? number(*v) : "null"; }
+
+std::string json_of(const Outcome& o) {
+  return text("{\"ms\": %s, \"instructions_per_pixel\": %s, \"bytes\": %.0f, \"rms\": %s, \"largest\": %s, ",
+              number(1e3 * o.seconds).c_str(), number(o.instructions_per_pixel).c_str(), o.bytes, number(o.rms).c_str(),
+              number(o.largest).c_str()) +
+         text("\"light_deg\": %s, \"balls\": [%s, %s, %s], \"bound\": %s, \"map\": %s}", number(o.light_deg).c_str(),
+              number(o.balls[0]).c_str(), number(o.balls[1]).c_str(), number(o.balls[2]).c_str(), number(o.bound).c_str(),
+              o.map ? "true" : "false");
+}
+
+std::string quoted(const std::string& s) { return text("\"%s\"", s.c_str()); }
+
+std::string config_of(const Case& c) {
+  return text("\"setting\": \"%s\", \"block_edge\": %d, \"band\": %d, \"max_lights\": %d, \"epsilon\": %g, "
+              "\"environment_edge\": %d, \"exposures\": %d, \"named\": %s",
+              std::string(to_string(c.config.setting)).c_str(), c.block_edge, c.config.band, c.config.max_lights,
+              c.config.epsilon, c.config.environment_edge, c.exposures, c.named ? "true" : "false");
+}
+
+}  // namespace
+
+std::string table_of(std::span<const Row> rows, const Run& run) {
+  std::vector<Line> lines = {{"what", "camera, a pair of", "ms", "x memcpy", "instr/px", "bytes", "RMS %", "largest %",
+                              "light deg", "balls %", "bound %", "front"}};
+  for (const Row& row : rows) lines.push_back(line_of(row));
+  std::vector<std::size_t> widths(lines.front().size());
+  for (const Line& line : lines)
+    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
+  std::string out;
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    for (std::size_t k = 0; k < widths.size(); ++k) {
+      const std::string space(widths[k] - lines[n][k].size(), ' ');
+      const bool left = k < 2 || k + 1 == widths.size();
+      out += "| ";
+      out += left ? lines[n][k] + space : space + lines[n][k];
+      out += " ";
+    }
+    out += "|\n";
+    if (n > 0) continue;
+    for (std::size_t k = 0; k < widths.size(); ++k) {
+      out += "| ";
+      out.append(widths[k] - 1, '-');
+      out += k < 2 || k + 1 == widths.size() ? "- " : ": ";
+    }
+    out += "|\n";
+  }
+  std::string scenes;
+  for (const std::string& s : run.scenes) scenes += (scenes.empty() ? "" : ", ") + s;
+  out += text("\n%zu scenes: ", run.scenes.size()) + scenes + ".\n" +
+         text("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
+              run.memcpy_gb_per_s, run.quick ? "two" : "five") +
+         "Times: of one thread, rgb8 pictures,\nfrom frame to encoded bytes, each buffer's best, median of the scenes; beside memcpy of "
+         "the same bytes.\nRMS, largest: error of the irradiance as received, of its RMS, median / worst scene; through an ideal "
+         "sensor where\nthe camera does not say 8 bit. light: direction of the brightest region where it is 100 times the mean, "
+         "median / worst.\nballs: diffuse / matte silver / mirror, relative RMSE of linear pictures, median. bound: the "
+         "descriptor's own, median; *: some scenes have none.\nfront: no other row "
+         "of the same camera beats it; in time, none of the same epsilon. A difference below 2 % in error, 5 % in time is none.\n";
+  std::string off;
+  for (const Row& row : rows)
+    if (row.setup.named && !row.on_time_front) off += (off.empty() ? "" : ", ") + row.setup.label;
+  out += off.empty() ? "All named settings are on their time front.\n" : "NOT on the measured time front: " + off + ".\n";
+  for (const Row& row : rows) {
+    if (row.setup.config.environment_edge == 0) continue;
+    if (std::none_of(row.scenes.begin(), row.scenes.end(), [](const Outcome& o) { return o.map; }))
+      out += "No environment map came with '" + row.setup.label + "': this row is the same as without.\n";
+  }
+  return out;
+}
+
+std::string json_of(std::span<const Row> rows, const Run& run) {
+  std::string out = "{\"scenes\": [";
+  for (std::size_t i = 0; i < run.scenes.size(); ++i) out += (i > 0 ? ", " : "") + quoted(run.scenes[i]);
+  out += text("], \"memcpy_gb_per_s\": %s, \"rows\": [", number(run.memcpy_gb_per_s).c_str());
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    const Row& r = rows[n];
+    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + quoted(r.setup.label) + ", \"knob\": " +
+           quoted(std::string(to_string(r.setup.knob))) + text(", \"width\": %d, \"height\": %d, \"sensor\": \"%s\", ",
+           r.setup.width, r.setup.height, r.setup.sensor == Sensor::ideal ? "ideal" : "rgb8") + config_of(r.setup) +
+           text(", \"ms\": %s, \"memcpy_ratio\": %s, \"bytes\": %s, \"rms\": %s, \"on_time_front\": %s, \"on_bytes_front\": %s",
+                number(r.ms).c_str(), number(r.memcpy_ratio).c_str(), number(r.bytes).c_str(), number(r.rms).c_str(),
+                r.on_time_front ? "true" : "false", r.on_bytes_front ? "true" : "false") + ", \"outcomes\": [";
+    for (std::size_t k = 0; k < r.scenes.size(); ++k) out += (k > 0 ? ", " : "") + json_of(r.scenes[k]);
+    out += "]}";
+  }
+  return out + "\n]}\n";
+}
+
+}  // namespace lightwell::eval
