@@ -150,6 +150,37 @@ TEST_F(Cli, ReplayLists) {
   EXPECT_THAT(json.out, HasSubstr("\"sequence\":\"25\""));
 }
 
+TEST_F(Cli, SaysWhetherAMapIsThere) {
+  const std::string uri = "'replay:" + recording() + "?speed=0'";
+  EXPECT_THAT(run("info " + uri).out, HasSubstr("no map"));
+  EXPECT_THAT(run("info " + uri + " --json").out, HasSubstr("\"environment_edge\":0,"));
+  EXPECT_THAT(run("query " + uri + " --direction 0,1,0 --json").out,
+              HasSubstr("\"source\":\"harmonics\""));
+  EnvironmentMap map;
+  map.levels = {{16, 0}, {8, 1}};
+  map.key_interval_ms = 60'000;
+  map.texels.assign(texel_count(map.levels), 0x80000001U);
+  map.key = environment_key(map);
+  {
+    Result<RecordWriter> writer =
+        RecordWriter::open(copy(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
+    ASSERT_TRUE(writer.ok());
+    for (std::uint64_t i = 1; i <= 5; ++i) {
+      Descriptor d = test::numbered(i, static_cast<std::int64_t>(i) * 10'000'000);
+      if (i == 2) d.environment = map;
+      const std::string bytes = test::encoded(d);
+      ASSERT_TRUE(writer->append(d.time.mid_exposure.ns, test::as_bytes(bytes)).ok());
+    }
+    ASSERT_TRUE(writer->flush().ok());
+  }
+  const std::string mapped = "'replay:" + copy() + "?speed=0'";
+  EXPECT_THAT(run("info " + mapped).out, HasSubstr("environment  16x16, 2 levels"));
+  EXPECT_THAT(run("info " + mapped + " --json").out, HasSubstr("\"environment_edge\":16,"));
+  const Outcome query = run("query " + mapped + " --direction 0,1,0 --roughness 0 --json");
+  EXPECT_THAT(query.out, HasSubstr("\"source\":\"map\""));
+  EXPECT_THAT(run("query " + mapped + " --direction 0,1,0").out, HasSubstr("from map"));
+}
+
 TEST_F(Cli, InfoTellsWho) {
   const Outcome json = run("info replay:" + recording() + " --json");
   EXPECT_EQ(json.code, 0);

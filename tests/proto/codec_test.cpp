@@ -138,7 +138,7 @@ TEST(Codec, RefusesMessagesThatBreakTheSpecificationNamingTheField) {
   };
   using M = v1::LightingDescriptor;
   EXPECT_NE(message_of([](M& m) { m.set_wire_version(2); }).find("wire_version"), std::string::npos);
-  EXPECT_NE(message_of([](M& m) { m.mutable_radiance()->set_band(7); }).find("band"), std::string::npos);
+  EXPECT_NE(message_of([](M& m) { m.mutable_radiance()->set_bands(128); }).find("band"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.mutable_radiance()->add_mantissa(1); }).find("mantissa"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.mutable_radiance()->set_mantissa(0, 8192); }).find("mantissa"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.mutable_radiance()->set_exponent(200); }).find("exponent"), std::string::npos);
@@ -148,8 +148,8 @@ TEST(Codec, RefusesMessagesThatBreakTheSpecificationNamingTheField) {
             }).find("direction"),
             std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.mutable_lights(0)->set_angular_radius_e5(200000); }).find("radius"), std::string::npos);
-  EXPECT_NE(message_of([](M& m) { m.set_coverage(2); }).find("coverage"), std::string::npos);
-  EXPECT_NE(message_of([](M& m) { m.mutable_environment()->set_edge(8); }).find("environment"), std::string::npos);
+  EXPECT_NE(message_of([](M& m) { m.set_unseen(2); }).find("coverage"), std::string::npos);
+  EXPECT_NE(message_of([](M& m) { m.mutable_environment()->set_key(1); }).find("environment"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.set_units(v1::UNITS_UNSPECIFIED); }).find("units"), std::string::npos);
 }
 

@@ -18,9 +18,19 @@ TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
   EXPECT_EQ(c->camera.width, 640);
   EXPECT_EQ(c->camera.height, 480);
   EXPECT_EQ(c->camera.frame_rate, 30);
-  EXPECT_EQ(c->estimator.band, 4);
-  EXPECT_EQ(c->estimator.max_lights, 8);
+  EXPECT_EQ(c->estimator.band, 6);
+  EXPECT_EQ(c->estimator.max_lights, 16);
+  EXPECT_EQ(c->estimator.epsilon, 0.01);
+  EXPECT_EQ(c->estimator.setting, Setting::balanced);
+  EXPECT_EQ(c->estimator.unseen, UnseenFill::none);
+  EXPECT_EQ(c->estimator.smoothing, Smoothing::one_euro);
+  EXPECT_EQ(c->estimator.environment_edge, 0);
   EXPECT_EQ(c->grpc_listen, "127.0.0.1:7420");
+}
+
+TEST(Config, HasNoBudgetUnlessOneIsSet) {
+  EXPECT_EQ(parse_config("camera { uri: \"sim:city\" }", "x")->budget_ms, 0);
+  EXPECT_EQ(parse_config("camera { uri: \"sim:city\" } budget_ms: 2.5", "x")->budget_ms, 2.5);
 }
 
 TEST(Config, SetToZeroWhereZeroMeansSomethingIsZero) {
@@ -49,6 +59,9 @@ TEST(Config, ThatCannotWorkIsRefusedByName) {
   EXPECT_NE(refusal("camera { uri: \"x:\" exposure_s: -1 }").find("exposure_s"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" exposure_s: nan }").find("exposure_s"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { band: 9 }").find("band"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" } budget_ms: -1").find("budget_ms"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" } budget_ms: nan").find("budget_ms"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" } budget_ms: inf").find("budget_ms"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { max_lights: 65 }").find("max_lights"), std::string::npos);
 }
 

@@ -45,6 +45,27 @@ Descriptor lamp_at_plus_x() {
   return d;
 }
 
+EnvironmentMap whole_map() {
+  EnvironmentMap map;
+  map.levels = {{16, 0}, {8, 0.5F}};
+  map.exponent = -3;
+  map.key_interval_ms = 1200;
+  for (std::uint32_t i = 0; i < 16 * 16 + 8 * 8; ++i) map.texels.push_back(i * 0x01010101U);
+  map.key = environment_key(map);
+  return map;
+}
+
+/// Three texels from the eighth on and the last one of whole_map() are others.
+Descriptor environment_changes() {
+  Descriptor d = base();
+  EnvironmentMap map;
+  map.key = whole_map().key;
+  map.runs = {7, 3, 309, 1};
+  map.texels = {0x80000001U, 0x80000200U, 0x80040000U, 0xFFFFFFFFU};
+  d.environment = map;
+  return d;
+}
+
 /// Every field at once, every number as large as it may be.
 Descriptor fullest() {
   Descriptor d = base();
@@ -63,11 +84,7 @@ Descriptor fullest() {
     l.track = static_cast<std::uint32_t>(i + 1);
     d.lights.push_back(l);
   }
-  EnvironmentMap map;
-  map.edge = 8;
-  map.roughness = {0, 0.5F};
-  for (std::uint32_t i = 0; i < 64 + 16; ++i) map.texels.push_back(i * 0x01010101U);
-  d.environment = map;
+  d.environment = whole_map();
   d.saturated = 0.25F;
   for (const Flag f : kFlags) d.flags.set(f);
   d.bound.total = std::numeric_limits<float>::infinity();
@@ -80,6 +97,7 @@ std::vector<GoldenVector> golden_vectors() {
   return {{"v1_smallest", smallest()},
           {"v1_constant", constant()},
           {"v1_lamp_at_plus_x", lamp_at_plus_x()},
+          {"v1_environment_changes", environment_changes()},
           {"v1_fullest", fullest()}};
 }
 

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cmath>
 #include <limits>
 #include <lightwell/equirect.hpp>
@@ -70,13 +72,29 @@ TEST(Rgb9e5, TakesWhatIsNoLightForDarknessAndTheTooBrightForTheBrightest) {
 }
 
 TEST(Ycbcr, HasWhiteBlackAndThePrimariesOfBt601LimitedRange) {
-  const auto white = rgb_of_ycbcr601(235, 128, 128), black = rgb_of_ycbcr601(16, 128, 128), red = rgb_of_ycbcr601(81, 90, 240);
-  for (const float v : white) EXPECT_NEAR(v, 1, 1e-5);
-  for (const float v : black) EXPECT_NEAR(v, 0, 1e-5);
-  // Bytes are rounded: a step of chroma is 0.008.
-  EXPECT_NEAR(red[0], 1, 0.01);
-  EXPECT_NEAR(red[1], 0, 0.01);
-  EXPECT_NEAR(red[2], 0, 0.01);
+  const auto white = rgb8_of_ycbcr601(235, 128, 128), black = rgb8_of_ycbcr601(16, 128, 128), red = rgb8_of_ycbcr601(81, 90, 240);
+  for (const int v : white) EXPECT_EQ(v, 255);
+  for (const int v : black) EXPECT_EQ(v, 0);
+  // Bytes are rounded: a step of chroma is two codes.
+  EXPECT_NEAR(red[0], 255, 2);
+  EXPECT_NEAR(red[1], 0, 2);
+  EXPECT_NEAR(red[2], 0, 2);
+}
+
+TEST(Ycbcr, IsWithinOneCodeOfItsRealNumbersForAllBytes) {
+  double worst = 0;
+  for (int y = 0; y < 256; y += 3)
+    for (int cb = 0; cb < 256; cb += 5)
+      for (int cr = 0; cr < 256; cr += 5) {
+        const double l = 255.0 / 219 * (y - 16);
+        const double exact[3] = {l + 1.596027 * (cr - 128), l - 0.391762 * (cb - 128) - 0.812968 * (cr - 128),
+                                 l + 2.017232 * (cb - 128)};
+        const auto codes = rgb8_of_ycbcr601(y, cb, cr);
+        for (std::size_t k = 0; k < 3; ++k)
+          worst = std::max(worst, std::abs(codes[k] - std::clamp(exact[k], 0.0, 255.0)));
+      }
+  // Half a code of rounding, and 1/64 of each product.
+  EXPECT_LT(worst, 0.55);
 }
 
 TEST(Srgb, ThereAndBackIsTheSame) {

@@ -59,8 +59,11 @@ class Pictures final : public FrameOwner {
     plan.bracket = plan.cycle = plan.wanted = sensing.exposure_s.size();
     for (int lamps = 0; lamps <= kMostLamps; ++lamps) {
       const sim::Scene scene(room_with_lamps(lamps));
-      RingSource source{&scene, &rig_, sim::sensor_of(rig_, sensing.format, 1), sensing.exposure_s,
-                        1,      0};
+      RingSource source;
+      source.scene = &scene;
+      source.rig = &rig_;
+      source.sensor = sim::sensor_of(rig_, sensing.format, 1);
+      source.exposure_s = sensing.exposure_s;
       rings_[static_cast<std::size_t>(lamps)].render(plan, source, {});
     }
   }
@@ -101,7 +104,11 @@ int lamps_of(std::uint64_t capture) { return static_cast<int>(capture * 4 % (kMo
 class AllocationTest : public ::testing::TestWithParam<Sensing> {
  protected:
   [[nodiscard]] std::unique_ptr<Estimator> estimator() const {
-    Result<std::unique_ptr<Estimator>> made = make_panorama_estimator(pictures_.rig(), {});
+    PanoramaOptions options;
+    // All lights that there are, whether the scene needs them or not: their number is what is to change.
+    options.config.epsilon = 0;
+    options.config.max_lights = kMostLamps;
+    Result<std::unique_ptr<Estimator>> made = make_panorama_estimator(pictures_.rig(), options);
     EXPECT_TRUE(made.ok()) << made.status().message();
     return std::move(*made);
   }

@@ -65,6 +65,33 @@ TEST(LightTracker, LetsTheNearerOfTwoKeepTheNumber) {
   EXPECT_EQ(lights[1].track, first);
 }
 
+TEST(LightTracker, KeepsTheNumbersOfTwoLampsThatCrossThoughTheyAreOneForAWhile) {
+  const auto lit = [](double azimuth_deg, float strength) {
+    Light l = towards(azimuth_deg);
+    l.irradiance = {strength, strength, strength};
+    return l;
+  };
+  for (const float other : {1.0F, 1.5F, 4.0F}) {
+    LightTracker tracker;
+    std::vector<Light> lights;
+    std::uint32_t right = 0, left = 0;
+    for (int frame = -40; frame <= 40; ++frame) {
+      const double at = 0.5 * frame;
+      lights = {lit(at, 1), lit(-at, other)};
+      // Closer than 3 degrees they are one spot, at the centroid.
+      if (std::abs(2 * at) < 3) lights = {lit(at * (1 - other) / (1 + other), 1 + other)};
+      tracker.assign(lights);
+      if (frame == -40) {
+        right = lights[0].track;
+        left = lights[1].track;
+      } else if (lights.size() == 2) {
+        ASSERT_EQ(lights[0].track, right) << "frame " << frame << ", the other is " << other << " times as strong";
+        ASSERT_EQ(lights[1].track, left) << "frame " << frame << ", the other is " << other << " times as strong";
+      }
+    }
+  }
+}
+
 TEST(LightTracker, StandsManyLampsThatComeAndGoForEver) {
   LightTracker tracker;
   std::vector<Light> lights;

@@ -30,10 +30,7 @@ TEST(PanoramaEstimator, OfAConstantSphereGivesBandZeroAloneAndNoLights) {
 
 TEST(PanoramaEstimator, GivesBackEverySingleHarmonicUpToItsBand) {
   const RigParameters rig = small_rig("pair");
-  EstimatorConfig config;
-  config.band = 6;
-  config.max_lights = 0;
-  const auto estimator = estimator_of(rig, config);
+  const auto estimator = estimator_of(rig, everything(6, 0));
   for (int i = 0; i < sh_count(6); ++i) {
     // A pedestal keeps radiance positive: |Y| stays below 2 up to band 6.
     const Descriptor d = estimated(*estimator, picture_of(rig, [i](Vec3d p) {
@@ -168,15 +165,11 @@ TEST(PanoramaEstimator, TakesANewConfigurationWithTheNextFrame) {
   const auto estimator = estimator_of(rig);
   const Picture p = picture_of(rig, lamp({0.3, 0.5, -1}, 0.06, 500));
   EXPECT_EQ(estimated(*estimator, p).lights.size(), 1U);
-  EstimatorConfig config;
-  config.max_lights = 0;
-  config.band = 2;
-  ASSERT_TRUE(estimator->configure(config).ok());
+  ASSERT_TRUE(estimator->configure(everything(2, 0)).ok());
   const Descriptor d = estimated(*estimator, p);
   EXPECT_TRUE(d.lights.empty());
   EXPECT_EQ(d.radiance.band, 2);
-  config.band = 7;
-  EXPECT_FALSE(estimator->configure(config).ok());
+  EXPECT_FALSE(estimator->configure(everything(7, 0)).ok());
   EXPECT_EQ(estimated(*estimator, p).radiance.band, 2);
 }
 

@@ -55,7 +55,16 @@ inline Picture picture_of(const RigParameters& rig, const RadianceOf& scene) {
   return out;
 }
 
-inline std::unique_ptr<Estimator> estimator_of(const RigParameters& rig, EstimatorConfig config = {}) {
+/// Bands and lights whether a scene needs them or not: for tests of what can be seen, not of what is worth sending.
+inline EstimatorConfig everything(int band = 4, int max_lights = 8) {
+  EstimatorConfig config;
+  config.epsilon = 0;
+  config.band = band;
+  config.max_lights = max_lights;
+  return config;
+}
+
+inline std::unique_ptr<Estimator> estimator_of(const RigParameters& rig, EstimatorConfig config = everything()) {
   PanoramaOptions options;
   options.config = config;
   Result<std::unique_ptr<Estimator>> made = make_panorama_estimator(rig, options);
@@ -70,7 +79,7 @@ inline Descriptor estimated(Estimator& estimator, const Picture& picture) {
   return d;
 }
 
-inline Descriptor estimated(const RigParameters& rig, const RadianceOf& scene, EstimatorConfig config = {}) {
+inline Descriptor estimated(const RigParameters& rig, const RadianceOf& scene, EstimatorConfig config = everything()) {
   return estimated(*estimator_of(rig, config), picture_of(rig, scene));
 }
 

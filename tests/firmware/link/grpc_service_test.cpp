@@ -146,6 +146,7 @@ TEST_F(GrpcServiceTest, SetConfigRefusesOtherFieldsByName) {
   refused([](v1::Config& c) { c.set_calibration("other.textproto"); }, "calibration");
   refused([](v1::Config& c) { c.mutable_grpc()->set_listen("0.0.0.0:1"); }, "grpc");
   refused([](v1::Config& c) { c.mutable_record()->set_path("/tmp/x"); }, "record");
+  refused([](v1::Config& c) { c.set_budget_ms(2); }, "budget_ms");
   EXPECT_EQ(commands_.estimator().band, EstimatorConfig{}.band) << "and nothing changed";
 }
 

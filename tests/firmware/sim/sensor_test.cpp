@@ -163,15 +163,18 @@ TEST(Sensor, TheMosaicStartsWithRed) {
 
 class YuvTest : public testing::TestWithParam<PixelFormat> {
  protected:
+  static std::array<float, 3> unit(std::array<std::uint8_t, 3> codes) {
+    return {codes[0] / 255.0F, codes[1] / 255.0F, codes[2] / 255.0F};
+  }
   /// Encoded r, g, b of a pixel.
   static std::array<float, 3> decoded(const std::vector<std::byte>& out, std::size_t x,
                                       std::size_t y) {
     if (GetParam() == PixelFormat::yuyv) {
       const std::size_t pair = y * 2 * kWidth + x / 2 * 4;
-      return rgb_of_ycbcr601(byte(out, pair + x % 2 * 2), byte(out, pair + 1), byte(out, pair + 3));
+      return unit(rgb8_of_ycbcr601(byte(out, pair + x % 2 * 2), byte(out, pair + 1), byte(out, pair + 3)));
     }
     const std::size_t chroma = kPixels + y / 2 * kWidth + x / 2 * 2;
-    return rgb_of_ycbcr601(byte(out, y * kWidth + x), byte(out, chroma), byte(out, chroma + 1));
+    return unit(rgb8_of_ycbcr601(byte(out, y * kWidth + x), byte(out, chroma), byte(out, chroma + 1)));
   }
 };
 

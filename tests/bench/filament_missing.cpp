@@ -1,0 +1,14 @@
+// In the place of filament_sh.cpp where libfilament-dev is not installed.
+#include "bench/filament_sh.hpp"
+
+namespace lightwell::bench {
+
+struct FilamentRoute::State {};
+
+bool FilamentRoute::available() { return false; }
+FilamentRoute::FilamentRoute() = default;
+FilamentRoute::~FilamentRoute() = default;
+void FilamentRoute::load(const EquirectImage&) {}
+FilamentSh FilamentRoute::run() { return {}; }
+
+}  // namespace lightwell::bench

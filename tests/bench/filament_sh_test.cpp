@@ -1,0 +1,51 @@
+#include "bench/filament_sh.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "bench/scenes.hpp"
+#include "reference/harmonics.hpp"
+
+namespace lightwell::bench {
+namespace {
+
+namespace ref = lightwell::reference;
+using scenes::Scene;
+
+void expect_near_oracle(const ref::Panorama& panorama, double tolerance) {
+  const Scene scene(panorama);
+  FilamentRoute route;
+  route.load(scene.image());
+  const FilamentSh got = route.run();
+  const auto oracle = ref::project(scene.panorama, 2);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < 9; ++k)
+      EXPECT_NEAR(got.radiance[k][c], oracle[k][c], tolerance * oracle[0][c])
+          << "coefficient " << k << " channel " << c;
+  }
+  EXPECT_GT(got.cube_s, 0);
+  EXPECT_GT(got.sh_s, 0);
+}
+
+class Filament : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!FilamentRoute::available()) GTEST_SKIP() << "built without libfilament-dev: run cmake/setup";
+  }
+};
+
+// Filament takes the nearest pixel to the left of and above a position that it scales by W - 1 instead of W:
+// up to a pixel of shift, 2 pi / 1024 = 0.6 % of the linear part, which here is less than half of the mean.
+TEST_F(Filament, CoefficientsAreTheOraclesInOrderAndSign) { expect_near_oracle(scenes::smooth(1024), 0.005); }
+
+// The lamp has 2.5 times the light of the room: it moves by the same shift, and the nine samples per texel are few.
+TEST_F(Filament, ALampIsFoundWhereItIs) { expect_near_oracle(scenes::lamp_in_room(1024, {1, 2, -3}), 0.02); }
+
+TEST_F(Filament, NothingIsDoneWithoutAPicture) {
+  FilamentRoute route;
+  EXPECT_EQ(route.run().cube_s, 0);
+}
+
+}  // namespace
+}  // namespace lightwell::bench

@@ -1,0 +1,301 @@
+// From cells to levels: energy, each level against the double oracle, and extremes.
+#include "estimate/common/environment_filter.hpp"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/pixel.hpp>
+
+#include "reference/ggx.hpp"
+#include "reference/harmonics.hpp"
+#include "reference/vector.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+using reference::V3;
+using Scene = std::function<double(V3)>;
+
+V3 wide(Vec3f d) { return {d.x, d.y, d.z}; }
+Vec3f narrow(V3 d) { return {static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)}; }
+
+/// Cells evenly spread over the sphere, or over the part of it that `seen` says.
+struct Cells {
+  std::vector<Vec3f> direction;
+  std::vector<float> solid_angle;
+
+  explicit Cells(
+      int count, const std::function<bool(V3)>& seen = [](V3) { return true; }) {
+    for (const V3& d : reference::fibonacci_normals(count)) {
+      if (!seen(d)) continue;
+      direction.push_back(narrow(d));
+      solid_angle.push_back(static_cast<float>(4 * std::numbers::pi / count));
+    }
+  }
+  [[nodiscard]] std::vector<CellSum> sums(const Scene& scene) const {
+    std::vector<CellSum> out;
+    for (std::size_t c = 0; c < direction.size(); ++c) {
+      const double v = scene(wide(direction[c])) * solid_angle[c];
+      out.push_back({static_cast<float>(v), static_cast<float>(v / 2), static_cast<float>(v / 8)});
+    }
+    return out;
+  }
+};
+
+/// As many as blocks of 1.6 degrees.
+const Cells& fine_cells() {
+  static const Cells cells(16000);
+  return cells;
+}
+
+EnvironmentFilter& filter_of(int edge) {
+  static std::array<std::unique_ptr<EnvironmentFilter>, 65> made;
+  auto& filter = made.at(static_cast<std::size_t>(edge));
+  if (!filter) filter = std::make_unique<EnvironmentFilter>(fine_cells().direction, fine_cells().solid_angle, edge);
+  return *filter;
+}
+
+std::vector<Rgbx> levels_of(int edge, const std::vector<CellSum>& sums) {
+  const auto texels = filter_of(edge).run(sums);
+  return {texels.begin(), texels.end()};
+}
+
+/// Calls f(level, direction of the texel, its value).
+template <class F>
+void for_texels(std::span<const EnvironmentLevel> levels, std::span<const Rgbx> texels, F&& f) {
+  std::size_t at = 0;
+  for (const EnvironmentLevel& level : levels)
+    for (int j = 0; j < level.edge; ++j)
+      for (int i = 0; i < level.edge; ++i) f(level, wide(texel_direction(level.edge, i, j)), texels[at++]);
+}
+
+/// The solid angle of texels by 64 x 64 parts of each.
+std::vector<double> solid_angles(int edge) {
+  std::vector<double> out;
+  constexpr int kParts = 64;
+  for (int j = 0; j < edge; ++j)
+    for (int i = 0; i < edge; ++i) {
+      double sum = 0;
+      for (int v = 0; v < kParts; ++v)
+        for (int u = 0; u < kParts; ++u) {
+          const double a = 2 * (i + (u + 0.5) / kParts) / edge - 1, b = 2 * (j + (v + 0.5) / kParts) / edge - 1;
+          const double x = std::abs(a), z = std::abs(b), y = 1 - x - z;
+          // Below the horizon the corner is folded over: the octahedron's point is (1 - z, y, 1 - x).
+          const double r2 = y >= 0 ? x * x + y * y + z * z : (1 - z) * (1 - z) + y * y + (1 - x) * (1 - x);
+          sum += 4.0 / (edge * edge * kParts * kParts) / (r2 * std::sqrt(r2));
+        }
+      out.push_back(sum);
+    }
+  return out;
+}
+
+/// The GGX mean of a disc of radiance one, by 4000 points of equal solid angle.
+double disc_through_lobe(V3 axis, double radius, V3 d, double roughness) {
+  const reference::GgxKernel kernel(roughness);
+  const auto basis = tangent_basis(Vec3d{axis.x, axis.y, axis.z});
+  const double versine = 1 - std::cos(radius);
+  constexpr int kPoints = 4000;
+  double sum = 0;
+  for (int k = 0; k < kPoints; ++k) {
+    const double c = 1 - versine * (k + 0.5) / kPoints, s = std::sqrt(1 - c * c), a = 2.399963229728653 * k;
+    const auto& [u, v] = basis;
+    const V3 p = c * axis + (s * std::cos(a)) * V3{u.x, u.y, u.z} + (s * std::sin(a)) * V3{v.x, v.y, v.z};
+    const V3 chord = p - d;
+    sum += kernel.at_versine(0.5 * reference::dot(chord, chord));
+  }
+  return sum * 2 * std::numbers::pi * versine / kPoints;
+}
+
+TEST(EnvironmentFilter, HasLevelsForEveryEdgeThatFitIntoAMap) {
+  for (const int edge : {8, 16, 32, 64}) {
+    const auto levels = environment_levels(edge);
+    ASSERT_FALSE(levels.empty());
+    EXPECT_EQ(levels.front(), (EnvironmentLevel{edge, 0}));
+    EXPECT_EQ(levels.back().roughness, 1);
+    EXPECT_LE(texel_count(levels), kMaxEnvironmentTexels);
+  }
+  for (const int edge : {-8, 0, 1, 12, 128}) EXPECT_TRUE(environment_levels(edge).empty());
+}
+
+TEST(EnvironmentFilter, OfAConstantSphereIsConstant) {
+  for (const int edge : {8, 16, 32, 64})
+    for (const Rgbx& c : levels_of(edge, fine_cells().sums([](V3) { return 1.0; }))) {
+      // Rounding of a few hundred float weights.
+      ASSERT_NEAR(c.v[0], 1, 3e-6) << edge;
+      ASSERT_NEAR(c.v[2], 0.125, 4e-7) << edge;
+    }
+}
+
+TEST(EnvironmentFilter, OfCellsCoarserThanTexelsIsConstantToo) {
+  for (const int count : {6, 100, 1000}) {
+    const Cells cells(count);
+    EnvironmentFilter filter(cells.direction, cells.solid_angle, 64);
+    for (const Rgbx& c : filter.run(cells.sums([](V3) { return 1.0; }))) ASSERT_NEAR(c.v[0], 1, 3e-6) << count;
+  }
+}
+
+TEST(EnvironmentFilter, KeepsTheEnergyOfEveryCell) {
+  // Balanced to 1e-6 in turns; the rounding of a float's sums.
+  for (const int edge : {8, 32, 64}) {
+    const auto sr = solid_angles(edge);
+    std::mt19937 random(5);
+    for (int run = 0; run < 20; ++run) {
+      auto sums = fine_cells().sums([](V3) { return 0.0; });
+      double energy = 0;
+      for (int k = 0; k < 3; ++k) {
+        CellSum& lit = sums[random() % sums.size()];
+        lit.r += 1;
+        energy += 1;
+      }
+      const auto texels = levels_of(edge, sums);
+      double sum = 0;
+      for (std::size_t k = 0; k < sr.size(); ++k) sum += sr[k] * texels[k].v[0];
+      EXPECT_NEAR(sum / energy, 1, 1e-3) << edge;
+    }
+  }
+}
+
+TEST(EnvironmentFilter, FillsHolesSmoothly) {
+  // A slope through cells of 7 degrees in texels of 3: no texel may stand out from the slope by more than what a cell
+  // spans, and neighbours not by more than half of that.
+  const Cells cells(800);
+  EnvironmentFilter filter(cells.direction, cells.solid_angle, 64);
+  const double cell = std::sqrt(4 * std::numbers::pi / 800);
+  const auto texels = filter.run(cells.sums([](V3 d) { return 2 + d.x; }));
+  for_texels(filter.levels().first(1), texels,
+             [&](EnvironmentLevel, V3 d, const Rgbx& c) { ASSERT_NEAR(c.v[0], 2 + d.x, 0.5 * cell); });
+}
+
+TEST(EnvironmentFilter, WhatIsNotSeenIsDarkAndWhatIsSeenIsNot) {
+  const Cells cells(16000, [](V3 d) { return d.y > 0; });
+  EnvironmentFilter filter(cells.direction, cells.solid_angle, 32);
+  const auto sums = cells.sums([](V3) { return 1.0; });
+  const auto texels = filter.run(sums);
+  // Within a texel of the rim both may show; the lobes look over it.
+  for_texels(filter.levels().first(1), texels, [](EnvironmentLevel, V3 d, const Rgbx& c) {
+    if (d.y > 0.15) {
+      EXPECT_NEAR(c.v[0], 1, 1e-3) << d.y;
+    } else if (d.y < -0.15) {
+      EXPECT_EQ(c.v[0], 0) << d.y;
+    }
+  });
+  const auto sr = solid_angles(32);
+  double energy = 0, sum = 0;
+  for (const CellSum& s : sums) energy += s.r;
+  for (std::size_t k = 0; k < sr.size(); ++k) sum += sr[k] * texels[k].v[0];
+  EXPECT_NEAR(sum / energy, 1, 1e-3);
+  // Half of the lobe of roughness 1, the cosine: straight up sees only light, along the rim half of it.
+  for_texels(filter.levels().last(1), std::span(texels).last(texel_count(filter.levels().last(1))),
+             [](EnvironmentLevel, V3 d, const Rgbx& c) { EXPECT_NEAR(c.v[0], 0.5 * (1 + d.y), 0.02); });
+}
+
+TEST(EnvironmentFilter, OfNothingSeenIsDark) {
+  EnvironmentFilter filter({}, {}, 16);
+  for (const Rgbx& c : filter.run({})) EXPECT_EQ(c.v[0], 0);
+  const Cells cells(500);
+  EnvironmentFilter unfed(cells.direction, cells.solid_angle, 16);
+  for (const Rgbx& c : unfed.run({})) EXPECT_EQ(c.v[0], 0);
+}
+
+TEST(EnvironmentFilter, OfOneHarmonicIsThatHarmonicTimesTheLobe) {
+  for (const int edge : {8, 16, 32, 64}) {
+    for (int l = 1; l <= 4; ++l) {
+      const int index = l * l + l / 2;
+      const auto y = [=](V3 d) { return reference::harmonics(d, l)[static_cast<std::size_t>(index)]; };
+      const auto texels = levels_of(edge, fine_cells().sums([&](V3 d) { return 2 + y(d); }));
+      for_texels(filter_of(edge).levels(), texels, [&](EnvironmentLevel level, V3 d, const Rgbx& c) {
+        const double k = level.roughness > 0 ? reference::ggx_legendre(level.roughness, l).back() : 1;
+        // A box of side h blurs a band by l(l+1) h²/24 and shifts its middle; boxes are those of the square that lobes
+        // are gathered from, of level 0 its own. Plus what cells of 1.6 degrees do.
+        const double h = level.roughness > 0 ? 4.7 / std::min(2 * edge, 64) : 4.7 / edge;
+        ASSERT_NEAR(c.v[0], 2 + k * y(d), 0.2 * l * (l + 1) * h * h / 4 + 0.004 * l)
+            << "edge " << edge << " band " << l << " roughness " << level.roughness;
+      });
+    }
+  }
+}
+
+TEST(EnvironmentFilter, OfAPatchAtEverySpecialPlaceIsWhatTheOracleSays) {
+  // The poles (+Y the square's middle, -Y its corners), the middles of its sides, of its diagonals and of octants.
+  const std::vector<V3> places = {{0, 1, 0},  {0, -1, 0}, {1, 0, 0},  {0, 0, -1},     {1, 0, 1},
+                                  {1, -1, 0}, {0, -1, 1}, {1, 1, -1}, {-1, -1, -0.9}, {0.01, -1, 0.02}};
+  const double radius = 0.2;
+  for (const int edge : {16, 32, 64}) {
+    for (const V3& place : places) {
+      const V3 axis = reference::normalised(place);
+      // Soft by a cell at its rim, so that what is compared is the map and not which centres fall inside.
+      const auto sums = fine_cells().sums([&](V3 d) {
+        const double angle = reference::angle_deg(d, axis) * std::numbers::pi / 180;
+        return std::clamp(0.5 + (radius - angle) / 0.028, 0.0, 1.0);
+      });
+      const auto texels = levels_of(edge, sums);
+      std::vector<double> worst(8), peak(8);
+      std::size_t level_at = 0;
+      EnvironmentLevel now = filter_of(edge).levels()[0];
+      for_texels(filter_of(edge).levels(), texels, [&](EnvironmentLevel level, V3 d, const Rgbx& c) {
+        if (!(level == now)) {
+          ++level_at;
+          now = level;
+        }
+        if (!(level.roughness > 0)) return;
+        const double wanted = disc_through_lobe(axis, radius, d, level.roughness);
+        worst[level_at] = std::max(worst[level_at], std::abs(c.v[0] - wanted));
+        peak[level_at] = std::max(peak[level_at], wanted);
+      });
+      for (std::size_t k = 1; k < filter_of(edge).levels().size(); ++k) {
+        const float roughness = filter_of(edge).levels()[k].roughness;
+        // Texels of the square that lobes are gathered from are boxes of up to 4.7/edge rad (edge 64 at most), which
+        // widen a lobe of 2 roughness² rad and what it sees: a share of the square of their ratio. Besides, a patch in
+        // the flank of a lobe is taken at the middle of parts a fifth as wide as the flank: 2 % of the peak.
+        const double ratio = 4.7 / std::min(2 * edge, 64) / (2 * roughness * roughness);
+        EXPECT_LE(worst[k] / peak[k], 0.025 + 0.1 * ratio * ratio)
+            << "edge " << edge << " roughness " << roughness << " at " << place.x << " " << place.y << " " << place.z;
+      }
+    }
+  }
+}
+
+TEST(EnvironmentFilter, IsLinearFrom1em8To1e8) {
+  const auto scene = [](V3 d) { return 1 + d.x + 20 * (d.y > 0.9); };
+  const auto one = levels_of(32, fine_cells().sums(scene));
+  for (const double scale : {1e-8, 1e-4, 1e4, 1e8}) {
+    const auto scaled = levels_of(32, fine_cells().sums([&](V3 d) { return scale * scene(d); }));
+    for (std::size_t k = 0; k < one.size(); ++k)
+      ASSERT_NEAR(scaled[k].v[0] / scale, one[k].v[0], 1e-5 * one[k].v[0] + 1e-6) << scale;
+  }
+  for (const Rgbx& c : levels_of(32, fine_cells().sums([](V3) { return 0.0; }))) ASSERT_EQ(c.v[0], 0);
+}
+
+TEST(EnvironmentFilter, NonsenseInCellsIsDarkAndNeverSpreads) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  const auto clean = levels_of(16, fine_cells().sums([](V3) { return 1.0; }));
+  for (const float bad : {nan, inf, -inf, -1.0F, -1e38F, 3e38F}) {
+    auto sums = fine_cells().sums([](V3) { return 1.0; });
+    for (std::size_t c = 0; c < sums.size(); c += 501) sums[c].g = bad;
+    const auto texels = levels_of(16, sums);
+    for (std::size_t k = 0; k < texels.size(); ++k) {
+      ASSERT_TRUE(texels[k].v[1] >= 0 && texels[k].v[1] <= clean[k].v[1] * 1.00001F) << bad;
+      ASSERT_EQ(texels[k].v[0], clean[k].v[0]);
+    }
+    for (CellSum& s : sums) s = {bad, bad, bad};
+    for (const Rgbx& c : levels_of(16, sums)) ASSERT_EQ(c.v[0], 0);
+  }
+  // Cells that are none.
+  std::vector<Vec3f> directions = fine_cells().direction;
+  std::vector<float> solid_angles = fine_cells().solid_angle;
+  directions.insert(directions.end(), {{0, 0, 0}, {nan, 0, 1}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}});
+  solid_angles.insert(solid_angles.end(), {1, 1, 0, -1, nan});
+  EnvironmentFilter filter(directions, solid_angles, 16);
+  auto sums = fine_cells().sums([](V3) { return 1.0; });
+  sums.resize(directions.size(), {1, 1, 1});
+  for (const Rgbx& c : filter.run(sums)) ASSERT_NEAR(c.v[0], 1, 3e-6);
+}
+
+}  // namespace
+}  // namespace lightwell::estimate

@@ -1,0 +1,204 @@
+// Whole maps and changes: whatever is lost on the way, nobody sees a wrong map.
+#include "estimate/common/environment_updates.hpp"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/codec.hpp>
+
+namespace lightwell::estimate {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+const std::vector<EnvironmentLevel> kLevels = {{16, 0}, {8, 0.5F}, {8, 1}};
+
+std::vector<Rgbx> flat(float radiance) {
+  return std::vector<Rgbx>(texel_count(kLevels), {{radiance, radiance, radiance, 0}});
+}
+
+/// Makes one map each 100 ms, as often as asked.
+struct Sender {
+  EnvironmentUpdates updates{kLevels, {.rate_hz = 10, .key_interval_s = 1}};
+  std::optional<EnvironmentMap> out;
+  std::int64_t time_ms = 0;
+
+  const EnvironmentMap& send(const std::vector<Rgbx>& texels, double factor = 1) {
+    updates.update(texels, factor, {time_ms * kMs}, out);
+    time_ms += 100;
+    EXPECT_TRUE(out.has_value());
+    return *out;
+  }
+};
+
+TEST(EnvironmentUpdates, BeginsWholeAndThenSaysNothingOfWhatStands) {
+  Sender sender;
+  std::uint32_t key = 0;
+  for (int k = 0; k < 30; ++k) {
+    const EnvironmentMap& map = sender.send(flat(3));
+    EXPECT_EQ(map.whole(), k % 10 == 0) << k;
+    if (k == 0) key = map.key;
+    EXPECT_EQ(map.key, key) << "the same map bears the same key";
+    EXPECT_TRUE(map.whole() || (map.texels.empty() && map.runs.empty()));
+  }
+}
+
+TEST(EnvironmentUpdates, SendsWhatDiffersByMoreThanAStep) {
+  Sender sender;
+  auto texels = flat(100);
+  const EnvironmentMap key = sender.send(texels);
+  texels[5].v[1] = 100.7F;  // Below a step, with half a step of the encoding.
+  texels[40].v[2] = 98;     // Two steps.
+  texels[41].v[0] = 102;
+  texels[300].v[0] = 102;  // In the second level.
+  const EnvironmentMap changes = sender.send(texels);
+  EXPECT_FALSE(changes.whole());
+  EXPECT_EQ(changes.key, key.key);
+  EXPECT_EQ(changes.runs, (std::vector<std::uint32_t>{40, 2, 258, 1}));
+  EnvironmentMap seen;
+  ASSERT_TRUE(changed_map(key, changes, seen));
+  EXPECT_NEAR(texel_radiance(seen.texels[41], seen.exponent).r, 102, 0.2);
+  // Changes are of the whole map, not of the changes before: undone, nothing is left.
+  const EnvironmentMap undone = sender.send(flat(100));
+  EXPECT_TRUE(!undone.whole() && undone.runs.empty());
+}
+
+TEST(EnvironmentUpdates, AreWholeWhereChangesWouldCostAsMuch) {
+  Sender sender;
+  (void)sender.send(flat(1));
+  EXPECT_TRUE(sender.send(flat(2)).whole());
+}
+
+TEST(EnvironmentUpdates, AreWholeWhereLightOutgrowsTheExponent) {
+  Sender sender;
+  auto texels = flat(1);
+  (void)sender.send(texels);
+  texels[3].v[0] = 200;
+  EXPECT_FALSE(sender.send(texels).whole());
+  texels[3].v[0] = 2000;
+  const EnvironmentMap& map = sender.send(texels);
+  EXPECT_TRUE(map.whole());
+  EXPECT_NEAR(texel_radiance(map.texels[3], map.exponent).r, 2000, 4);
+}
+
+TEST(EnvironmentUpdates, KeepsTheRateInTheMeanAndTheRhythmOfWholeMaps) {
+  for (const double fps : {30.0, 33.3, 7.0, 4.0}) {
+    EnvironmentUpdates updates(kLevels, {.rate_hz = 5, .key_interval_s = 1});
+    std::optional<EnvironmentMap> out;
+    int maps = 0;
+    double last_key = 0;
+    for (double t = 0; t < 60; t += 1 / fps) {
+      const ProbeTime time{static_cast<std::int64_t>(1e9 * t)};
+      const bool due = updates.due(time);
+      updates.update(flat(1), 1, time, out);
+      EXPECT_EQ(due, out.has_value());
+      if (!out) continue;
+      ++maps;
+      if (out->whole()) {
+        EXPECT_LE(t - last_key, 1.2 + 1 / fps + 1e-6) << fps;
+        last_key = t;
+      }
+    }
+    EXPECT_NEAR(maps, 60 * std::min(5.0, fps), 0.03 * 300) << fps;
+  }
+}
+
+TEST(EnvironmentUpdates, GoesOnAfterAPauseAndAClockThatBeganAnew) {
+  EnvironmentUpdates updates(kLevels, {.rate_hz = 5, .key_interval_s = 1});
+  std::optional<EnvironmentMap> out;
+  updates.update(flat(1), 1, {100'000 * kMs}, out);
+  updates.update(flat(1), 1, {160'000 * kMs}, out);
+  EXPECT_TRUE(out && out->whole());
+  updates.update(flat(1), 1, {160'100 * kMs}, out);
+  EXPECT_FALSE(out) << "no burst after a pause";
+  updates.update(flat(1), 1, {10 * kMs}, out);
+  EXPECT_TRUE(out && out->whole());
+}
+
+TEST(EnvironmentUpdates, HoldsEveryMagnitudeAndNoNonsense) {
+  Encoder encoder;
+  Descriptor d;
+  for (const float radiance : {0.0F, 1e-38F, 1e-8F, 1.0F, 1e8F, 1e30F, 3e38F})
+    for (const double factor : {1e-8, 1.0, 1e8}) {
+      EnvironmentUpdates updates(kLevels, {});
+      updates.update(flat(radiance), factor, {0}, d.environment);
+      ASSERT_TRUE(d.environment);
+      ASSERT_TRUE(encoder.encode(d).ok()) << encoder.encode(d).status().message();
+      const double wanted = std::min(factor * radiance, 65408 * std::ldexp(1.0, kMaxEnvironmentExponent));
+      const double got = environment_radiance(*d.environment, {1, 0, 0}, 0).r;
+      // Below 2^-150 there is nothing to see.
+      EXPECT_NEAR(got, wanted, wanted / 256 + 1e-44) << radiance << " " << factor;
+    }
+  EnvironmentUpdates updates(kLevels, {});
+  for (const double factor : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
+    updates.update(flat(1), factor, {0}, d.environment);
+    EXPECT_FALSE(d.environment);
+  }
+}
+
+/// A reader to which only some of the messages come.
+struct Reader {
+  EnvironmentMap key, seen;
+  int shown = -1;  ///< Which message `seen` is of.
+
+  void read(const EnvironmentMap& map, int number) {
+    if (map.whole()) {
+      key = seen = map;
+      shown = number;
+    } else if (changed_map(key, map, seen)) {
+      shown = number;
+    }
+  }
+};
+
+TEST(EnvironmentUpdates, LostInAnyPatternNeverShowAWrongMap) {
+  std::mt19937 random(7);
+  for (int run = 0; run < 300; ++run) {
+    Sender sender;
+    if (run % 3 == 0) sender.updates.restart();
+    auto texels = flat(10);
+    std::vector<std::vector<Rgbx>> truth;
+    Reader reader;
+    const auto loss = random() % 10;
+    bool key_came = false;
+    for (int n = 0; n < 45; ++n) {
+      // Some light changes, some comes back to what it was, and at times the probe begins anew.
+      for (auto k = random() % 20; k > 0; --k)
+        texels[random() % texels.size()].v[random() % 3] = static_cast<float>(random() % 30);
+      if (random() % 4 == 0) texels = flat(10);
+      if (random() % 20 == 0) {
+        const std::int64_t time_ms = sender.time_ms;
+        sender = Sender{};
+        sender.time_ms = random() % 2 == 0 ? 0 : time_ms;
+      }
+      truth.push_back(texels);
+      const EnvironmentMap& map = sender.send(texels);
+      if (random() % 10 < loss) continue;
+      key_came = key_came || map.whole();
+      reader.read(map, n);
+      EXPECT_EQ(reader.shown >= 0, key_came);
+      EXPECT_EQ(reader.shown == n, map.whole() || map.key == reader.key.key) << "what can be read is read";
+      if (reader.shown < 0) continue;
+      const auto& wanted = truth[static_cast<std::size_t>(reader.shown)];
+      std::size_t at = 0;
+      for (const EnvironmentLevel& level : kLevels) {
+        const std::size_t count = texel_count(std::span(&level, 1));
+        double mean = 0;
+        for (std::size_t k = at; k < at + count; ++k)
+          mean += std::max({wanted[k].v[0], wanted[k].v[1], wanted[k].v[2]}) / static_cast<double>(count);
+        for (const std::size_t end = at + count; at < end; ++at) {
+          const Radiance l = texel_radiance(reader.seen.texels[at], reader.seen.exponent);
+          const float most = std::max({wanted[at].v[0], wanted[at].v[1], wanted[at].v[2]});
+          // One step of 1 %, of a tenth of the mean where it is dark; or what was sent, to nine bits.
+          const double step = 0.01 * std::max<double>(most, 0.1 * mean) + 1e-5;
+          for (int k = 0; k < 3; ++k) ASSERT_NEAR(l[k], wanted[at].v[static_cast<std::size_t>(k)], step);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightwell::estimate

@@ -1,0 +1,281 @@
+#include "estimate/common/flicker.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "moving_room.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+// 27 frames/s is 3.70 periods of 100 Hz and 4.44 of 120 Hz: both frequencies show.
+constexpr double kBothShow = 27;
+
+RoomOptions still(double rate, sim::MainsFlicker flicker) {
+  RoomOptions options;
+  options.frame_rate = rate;
+  options.flicker = flicker;
+  return options;
+}
+
+/// Frames until the first answer other than unknown; one second is enough for all.
+Flicker after_a_second(const RoomOptions& options) {
+  FlickerDetector detector;
+  return watch(options, static_cast<int>(options.frame_rate), detector).last;
+}
+
+TEST(Flicker, BandsThatWanderShowTheMains) {
+  for (const double depth : {0.01, 0.05, 0.3, 0.9}) {
+    EXPECT_EQ(after_a_second(still(30, {100, depth})), Flicker::hz100) << depth;
+    EXPECT_EQ(after_a_second(still(25, {120, depth})), Flicker::hz120) << depth;
+    EXPECT_EQ(after_a_second(still(kBothShow, {100, depth})), Flicker::hz100) << depth;
+    EXPECT_EQ(after_a_second(still(kBothShow, {120, depth})), Flicker::hz120) << depth;
+  }
+}
+
+TEST(Flicker, ItIsRecognisedWithinTenFrames) {
+  FlickerDetector detector;
+  const Answers a = watch(still(30, {100, 0.1}), 60, detector);
+  EXPECT_LE(a.unknown, 10);
+  EXPECT_EQ(a.hz100 + a.unknown, 60);
+}
+
+TEST(Flicker, TheDepthComesOutRight) {
+  for (const double depth : {0.01, 0.1, 0.3}) {
+    RoomOptions options = still(kBothShow, {100, depth});
+    options.exposure_s = {0.004};
+    FlickerDetector detector;
+    (void)watch(options, 60, detector);
+    const FlickerEvidence e = detector.evidence(Flicker::hz100);
+    // The logarithm of a swing has overtones: 1 + depth²/8 of the first.
+    EXPECT_NEAR(e.modulation / depth, 1 + depth * depth / 8, 0.02);
+    EXPECT_GT(e.coherence, 0.95);
+  }
+}
+
+TEST(Flicker, MainsThatAreOffByAFifthOfAHertzAreMains) {
+  for (const double off : {-0.4, -0.25, 0.15, 0.4}) {
+    EXPECT_EQ(after_a_second(still(kBothShow, {100 + off, 0.05})), Flicker::hz100) << off;
+    EXPECT_EQ(after_a_second(still(kBothShow, {120 + off, 0.05})), Flicker::hz120) << off;
+  }
+}
+
+TEST(Flicker, SteadyLightIsSaidToBeSteadyWhereBothWouldShow) {
+  EXPECT_EQ(after_a_second(still(kBothShow, {})), Flicker::none);
+  RoomOptions silent = still(kBothShow, {});
+  silent.noise = 0;
+  EXPECT_EQ(after_a_second(silent), Flicker::none) << "frames that are equal to the bit";
+  EXPECT_EQ(after_a_second(still(kBothShow, {100, 0.002})), Flicker::none) << "a fifth of a percent is nothing";
+}
+
+TEST(Flicker, WhatStandsStillIsNotDenied) {
+  for (const double rate : {15.0, 20.0, 24.0, 25.0, 30.0, 50.0, 60.0}) {
+    const bool shows100 = std::abs(std::remainder(100 / rate, 1.0)) > 0.1;
+    const bool shows120 = std::abs(std::remainder(120 / rate, 1.0)) > 0.1;
+    FlickerDetector steady, fifty, sixty;
+    EXPECT_EQ(watch(still(rate, {}), 60, steady).none, 0) << rate;
+    EXPECT_EQ(watch(still(rate, {100, 0.3}), 60, fifty).last, shows100 ? Flicker::hz100 : Flicker::unknown) << rate;
+    EXPECT_EQ(watch(still(rate, {120, 0.3}), 60, sixty).last, shows120 ? Flicker::hz120 : Flicker::unknown) << rate;
+    EXPECT_EQ(steady.evidence(Flicker::hz100).visible, shows100) << rate;
+    EXPECT_EQ(steady.evidence(Flicker::hz120).visible, shows120) << rate;
+  }
+}
+
+TEST(Flicker, ExposuresOfWholePeriodsHideIt) {
+  RoomOptions options = still(kBothShow, {100, 0.5});
+  options.exposure_s = {0.01};
+  EXPECT_EQ(after_a_second(options), Flicker::unknown);
+  options.flicker = {};
+  EXPECT_EQ(after_a_second(options), Flicker::unknown) << "100 Hz could be there";
+  options.flicker = {120, 0.05};
+  EXPECT_EQ(after_a_second(options), Flicker::hz120) << "which 10 ms do not hide";
+  options.exposure_s = {1.0 / 120};
+  EXPECT_EQ(after_a_second(options), Flicker::unknown);
+}
+
+TEST(Flicker, ExposuresThatVaryShowBandsThatStandStill) {
+  // At 30 frames/s 120 Hz paints the same bands in each frame, but 8 ms average them away and 2 ms do not.
+  RoomOptions options = still(30, {120, 0.05});
+  options.exposure_s = {0.008, 0.002};
+  EXPECT_EQ(after_a_second(options), Flicker::hz120);
+  options.flicker = {};
+  EXPECT_EQ(after_a_second(options), Flicker::none);
+  for (const double mismatch : {0.01, 0.02, 0.05, 0.1}) {
+    // Two exposures that disagree have a pattern, too; no sinusoid as long as these bands.
+    options.mismatch = mismatch;
+    FlickerDetector detector;
+    const Answers a = watch(options, 120, detector);
+    EXPECT_EQ(a.hz100 + a.hz120, 0) << mismatch;
+  }
+}
+
+TEST(Flicker, RowsThatAreReadWithinAPeriodShowNothing) {
+  RoomOptions options = still(kBothShow, {100, 0.3});
+  options.readout_s = 15e-6;  // 7.2 ms
+  EXPECT_EQ(after_a_second(options), Flicker::unknown);
+}
+
+TEST(Flicker, AGlobalShutterNeedsExposuresThatVary) {
+  for (const double hz : {100.0, 120.0}) {
+    RoomOptions options = still(kBothShow, {hz, 0.05});
+    options.readout_s = 0;
+    FlickerDetector one, two, steady;
+    EXPECT_EQ(watch(options, 60, one).last, Flicker::unknown);
+    options.exposure_s = {0.01, 0.002};
+    EXPECT_EQ(watch(options, 60, two).last, hz == 100 ? Flicker::hz100 : Flicker::hz120);
+    options.flicker = {};
+    EXPECT_EQ(watch(options, 60, steady).last, Flicker::none);
+  }
+}
+
+/// All that moves in a room, one after another and together.
+std::vector<RoomOptions> lively_rooms() {
+  std::vector<RoomOptions> all;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> even(0, 1);
+  constexpr double kRates[] = {27, 30, 25, 24, 50, 15, 33.3, 28.5};
+  for (int i = 0; i < 24; ++i) {
+    RoomOptions o;
+    o.seed = static_cast<std::uint64_t>(i) + 1;
+    o.frame_rate = kRates[i % 8];
+    o.noise = std::pow(10, -3.5 + 1.5 * even(random));
+    if (i % 2 == 0) o.yaw_rad_per_s = 4 * even(random) * even(random);
+    if (i % 3 == 0) o.tilt_rad = 0.5 * even(random), o.tilt_hz = 10 * even(random) * even(random);
+    if (i % 4 < 3) o.person_rad_per_s = 2 * even(random) - 1;
+    if (i % 5 == 0) o.lamp_period_s = 0.2 + 2 * even(random);
+    if (i % 6 == 0) o.exposure_s = {0.01, 0.002};
+    if (i % 7 == 0) o.readout_s = 0;
+    all.push_back(o);
+  }
+  return all;
+}
+
+TEST(Flicker, NothingThatMovesIsTakenForFlicker) {
+  int frames = 0, alarms = 0;
+  for (const RoomOptions& options : lively_rooms()) {
+    FlickerDetector detector;
+    const Answers a = watch(options, 150, detector);
+    alarms += a.hz100 + a.hz120;
+    frames += 150;
+  }
+  EXPECT_EQ(alarms, 0) << "of " << frames;
+}
+
+TEST(Flicker, WhereItIsAFortiethItIsNeverDenied) {
+  int denied = 0, wrong = 0, right = 0;
+  bool fifty = false;
+  for (RoomOptions options : lively_rooms()) {
+    fifty = !fifty;
+    options.flicker = {fifty ? 99.8 : 120.1, 0.025};
+    FlickerDetector detector;
+    const Answers a = watch(options, 100, detector);
+    denied += a.none;
+    wrong += fifty ? a.hz120 : a.hz100;
+    right += fifty ? a.hz100 : a.hz120;
+  }
+  EXPECT_EQ(denied, 0);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(right, 100) << "and often recognised all the same";
+}
+
+TEST(Flicker, ItIsSeenBehindAPersonATurnAndALamp) {
+  const auto share = [](RoomOptions options) {
+    options.frame_rate = kBothShow;
+    options.flicker = {100, 0.05};
+    FlickerDetector detector;
+    return watch(options, 150, detector).hz100 / 150.0;
+  };
+  RoomOptions person, turn, lamp;
+  person.person_rad_per_s = 0.7;
+  turn.yaw_rad_per_s = 0.5;
+  lamp.lamp_period_s = 1;
+  EXPECT_GT(share(person), 0.9);
+  EXPECT_GT(share(turn), 0.9);
+  EXPECT_GT(share(lamp), 0.9);
+}
+
+TEST(Flicker, NoiseSetsTheLimit) {
+  // 120 groups and 32 pairs of frames stand against it: a depth of half the noise of one group in one frame is seen.
+  for (const double noise : {0.01, 0.03, 0.06}) {
+    RoomOptions options = still(kBothShow, {100, 0.5 * noise});
+    options.noise = noise;
+    FlickerDetector seen, denied;
+    EXPECT_GT(watch(options, 90, seen).hz100, 45) << noise;
+    options.flicker = {};
+    const Answers a = watch(options, 90, denied);
+    EXPECT_EQ(a.hz100 + a.hz120, 0);
+    EXPECT_EQ(a.last, Flicker::none) << noise;
+  }
+  RoomOptions options = still(kBothShow, {});
+  options.noise = 0.2;
+  FlickerDetector detector;
+  EXPECT_EQ(watch(options, 90, detector).none, 0) << "nothing of 2 % can be seen in this";
+}
+
+TEST(Flicker, GroupsThatSayNothingAreLeftOut) {
+  MovingRoom room(still(kBothShow, {100, 0.1}));
+  FlickerDetector partly, blind;
+  std::vector<float> holes, nothing(MovingRoom::kGroups, std::numeric_limits<float>::quiet_NaN());
+  for (int i = 0; i < 30; ++i) {
+    room.step();
+    auto profiles = room.profiles();
+    holes.assign(profiles[0].radiance.begin(), profiles[0].radiance.end());
+    for (std::size_t g = 20; g < 26; ++g) holes[g] = g % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : -1;
+    profiles[0].radiance = holes;
+    (void)partly.add(room.info, profiles);
+    profiles[0].radiance = profiles[1].radiance = nothing;
+    EXPECT_EQ(blind.add(room.info, profiles), Flicker::unknown);
+  }
+  EXPECT_EQ(partly.state(), Flicker::hz100);
+}
+
+TEST(Flicker, GapsAndClocksThatJumpDoNoHarm) {
+  MovingRoom room(still(kBothShow, {100, 0.1}));
+  FlickerDetector detector;
+  const auto look = [&](std::int64_t shift_ns) {
+    room.step();
+    FrameInfo info = room.info;
+    info.mid_exposure.ns += shift_ns;
+    return detector.add(info, room.profiles());
+  };
+  const auto settle = [&](std::int64_t shift_ns) {
+    Flicker last = Flicker::unknown;
+    for (int i = 0; i < 30; ++i) last = look(shift_ns);
+    return last;
+  };
+  EXPECT_EQ(settle(0), Flicker::hz100);
+  constexpr std::int64_t kHour = 3'600'000'000'000;
+  EXPECT_EQ(look(kHour), Flicker::unknown) << "what was seen an hour ago says nothing";
+  EXPECT_EQ(settle(kHour), Flicker::hz100);
+  EXPECT_EQ(look(-kHour), Flicker::unknown);
+  EXPECT_EQ(settle(-kHour), Flicker::hz100);
+  FrameInfo stuck = room.info;
+  for (int i = 0; i < 100; ++i) (void)detector.add(stuck, room.profiles());
+  EXPECT_EQ(settle(0), Flicker::hz100);
+  stuck.mid_exposure.ns = std::numeric_limits<std::int64_t>::max();
+  (void)detector.add(stuck, room.profiles());
+  stuck.mid_exposure.ns = std::numeric_limits<std::int64_t>::min();
+  (void)detector.add(stuck, room.profiles());
+  EXPECT_EQ(detector.state(), Flicker::unknown);
+}
+
+TEST(Flicker, ProfilesThatAreNoneAreLeftOut) {
+  FlickerDetector detector;
+  FrameInfo info;
+  info.exposure_s = 0.002;
+  EXPECT_EQ(detector.add(info, {}), Flicker::unknown);
+  const std::vector<float> many(kMaxRowGroups + 1, 1.0F), few(3, 1.0F);
+  const RowProfile tall{many, 4000, 8}, tiny{few, 3, 1};
+  EXPECT_EQ(detector.add(info, std::span(&tall, 1)), Flicker::unknown);
+  for (int i = 0; i < 100; ++i) {
+    info.mid_exposure.ns += 37'000'000;
+    EXPECT_EQ(detector.add(info, std::span(&tiny, 1)), Flicker::unknown);
+  }
+  info.exposure_s = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(detector.add(info, std::span(&tiny, 1)), Flicker::unknown);
+}
+
+}  // namespace
+}  // namespace lightwell::estimate

@@ -1,0 +1,100 @@
+// Which rows are said to be beaten, and what is said of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/lightwell_eval/front.hpp"
+#include "tools/lightwell_eval/table.hpp"
+
+namespace lightwell::eval {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+Row row(const std::string& label, double ms, double bytes, double rms, bool named = false) {
+  Row r;
+  r.setup.label = label;
+  r.setup.named = named;
+  Outcome o;
+  o.seconds = 1e-3 * ms;
+  o.bytes = bytes;
+  o.rms = rms;
+  o.light_deg = 0.1;
+  r.scenes = {o};
+  summarise(r, 1e-3);
+  return r;
+}
+
+TEST(Front, IsWhatNoRivalBeats) {
+  std::vector<Row> rows = {row("quick", 1, 200, 0.02), row("fine", 4, 300, 0.005), row("beaten", 5, 400, 0.02)};
+  mark_fronts(rows);
+  EXPECT_TRUE(rows[0].on_time_front && rows[0].on_bytes_front);
+  EXPECT_TRUE(rows[1].on_time_front && rows[1].on_bytes_front);
+  EXPECT_FALSE(rows[2].on_time_front || rows[2].on_bytes_front);
+}
+
+TEST(Front, AHairOfTimeIsNoDifference) {
+  std::vector<Row> rows = {row("a", 1.00, 200, 0.01), row("b", 1.02, 200, 0.01)};
+  mark_fronts(rows);
+  EXPECT_TRUE(rows[0].on_time_front && rows[1].on_time_front);
+}
+
+TEST(Front, CamerasDoNotCompete) {
+  std::vector<Row> rows = {row("a", 1, 200, 0.01), row("b", 5, 300, 0.02)};
+  rows[1].setup.width = 1280;
+  mark_fronts(rows);
+  EXPECT_TRUE(rows[1].on_time_front);
+}
+
+TEST(Front, InTimeOnlyEqualPromisesCompete) {
+  std::vector<Row> rows = {row("all of it", 1, 700, 0.001), row("one percent", 1.1, 180, 0.008)};
+  rows[0].setup.config.epsilon = 0;
+  mark_fronts(rows);
+  EXPECT_TRUE(rows[1].on_time_front) << "fewer bytes were asked for";
+  EXPECT_TRUE(rows[1].on_bytes_front);
+  rows[0].bytes = 100;
+  mark_fronts(rows);
+  EXPECT_FALSE(rows[1].on_bytes_front);
+}
+
+TEST(Summary, IsTheMedianAndTheWorst) {
+  Row r = row("a", 1, 100, 0.01);
+  for (const double more : {0.03, 0.02}) {
+    r.scenes.push_back(r.scenes.front());
+    r.scenes.back().rms = more;
+  }
+  r.scenes.back().light_deg.reset();
+  summarise(r, 0.5e-3);
+  EXPECT_DOUBLE_EQ(r.rms, 0.02);
+  EXPECT_DOUBLE_EQ(r.worst_rms, 0.03);
+  EXPECT_DOUBLE_EQ(r.memcpy_ratio, 2);
+  ASSERT_TRUE(r.light_deg);
+  EXPECT_FALSE(r.instructions_per_pixel);
+}
+
+TEST(Table, NamesTheSettingsThatAreOffTheFront) {
+  std::vector<Row> rows = {row("fast", 1, 200, 0.01, true), row("exact", 9, 200, 0.01, true)};
+  mark_fronts(rows);
+  const std::string text = table_of(rows, {{"city"}, 5, false});
+  EXPECT_THAT(text, HasSubstr("NOT on the measured time front: exact."));
+  rows.pop_back();
+  EXPECT_THAT(table_of(rows, {{"city"}, 5, false}), Not(HasSubstr("NOT")));
+}
+
+TEST(Table, AMissingCounterIsSaidAndNotGuessed) {
+  const std::vector<Row> rows = {row("fast", 1, 200, 0.01, true)};
+  EXPECT_THAT(table_of(rows, {{"city"}, 5, false}), HasSubstr("not available here"));
+  EXPECT_THAT(json_of(rows, {{"city"}, 5, false}), HasSubstr("\"instructions_per_pixel\": null"));
+}
+
+TEST(Cases, HaveNamesOfTheirOwnAndCanBeConfigured) {
+  std::vector<std::string> names;
+  for (const Case& c : all_cases()) {
+    EXPECT_TRUE(c.config.validate().ok()) << c.label;
+    EXPECT_THAT(names, Not(::testing::Contains(c.label)));
+    names.push_back(c.label);
+  }
+}
+
+}  // namespace
+}  // namespace lightwell::eval

@@ -1,0 +1,218 @@
+// Maps as a reader meets them: whole, changed, missed, old, turned.
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/lobes.hpp>
+#include <lightwell/pixel.hpp>
+#include <lightwell/query.hpp>
+
+#include "core/environment_keeper.hpp"
+#include "core/intake.hpp"
+#include "host_sdk/scenes.hpp"
+
+namespace lightwell::core {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+/// Sharp: 2 + x. Rough: a constant.
+EnvironmentMap whole_map(float rough = 5) {
+  EnvironmentMap map;
+  map.levels = {{32, 0}, {8, 1}};
+  map.key_interval_ms = 1000;
+  for (const EnvironmentLevel level : map.levels)
+    for (int j = 0; j < level.edge; ++j)
+      for (int i = 0; i < level.edge; ++i) {
+        const float v = level.roughness > 0 ? rough : 2 + texel_direction(level.edge, i, j).x;
+        map.texels.push_back(rgb9e5_encode(v, v, v));
+      }
+  map.key = environment_key(map);
+  return map;
+}
+
+/// All texels of the rough level become `rough`.
+EnvironmentMap changes(const EnvironmentMap& whole, float rough) {
+  EnvironmentMap map;
+  map.key = whole.key;
+  map.runs = {32 * 32, 64};
+  map.texels.assign(64, rgb9e5_encode(rough, rough, rough));
+  return map;
+}
+
+Descriptor with_map(std::optional<EnvironmentMap> map, std::uint64_t sequence,
+                    std::int64_t time_ms) {
+  Descriptor d = test::constant_scene({9, 9, 9});
+  d.environment = std::move(map);
+  d.sequence = sequence;
+  d.time.mid_exposure.ns = time_ms * kMs;
+  return d;
+}
+
+float rough_of(const std::shared_ptr<const KeptEnvironment>& kept) {
+  return kept ? environment_radiance(kept->map, {0, 1, 0}, 1).r : 0;
+}
+
+TEST(EnvironmentKeeper, HoldsTheNewestThroughMessagesWithoutOne) {
+  EnvironmentKeeper keeper;
+  const Descriptor none = with_map({}, 1, 0);
+  EXPECT_TRUE(keeper.take(none));
+  EXPECT_EQ(keeper.map_for(none), nullptr);
+  EXPECT_TRUE(keeper.take(with_map(whole_map(), 2, 100)));
+  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 3, 133))), 5);
+  EXPECT_TRUE(keeper.take(with_map(changes(whole_map(), 6), 4, 200)));
+  const auto changed = keeper.map_for(with_map({}, 5, 233));
+  EXPECT_EQ(rough_of(changed), 6);
+  EXPECT_EQ(changed->sequence, 4U);
+  // Changes are to the whole map, not to each other.
+  EnvironmentMap undone;
+  undone.key = whole_map().key;
+  EXPECT_TRUE(keeper.take(with_map(undone, 6, 300)));
+  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 7, 333))), 5);
+}
+
+TEST(EnvironmentKeeper, WithoutTheKeyItWaitsForTheNextWholeOneAndSaysSo) {
+  EnvironmentKeeper keeper;
+  const EnvironmentMap other = whole_map(7);
+  EXPECT_FALSE(keeper.take(with_map(changes(other, 6), 1, 0)));
+  EXPECT_EQ(keeper.map_for(with_map({}, 1, 0)), nullptr);
+  EXPECT_TRUE(keeper.take(with_map(whole_map(), 2, 100)));
+  EXPECT_FALSE(keeper.take(with_map(changes(other, 6), 3, 200)));
+  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 3, 200))), 5) << "the last one stays";
+  EXPECT_TRUE(keeper.take(with_map(other, 4, 300)));
+  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 4, 300))), 7);
+}
+
+TEST(EnvironmentKeeper, IsNoMapOfAnotherLightOrOfLongAgo) {
+  EnvironmentKeeper keeper;
+  (void)keeper.take(with_map(whole_map(), 1, 10'000));
+  EXPECT_NE(keeper.map_for(with_map({}, 2, 13'000)), nullptr);
+  EXPECT_EQ(keeper.map_for(with_map({}, 2, 13'001)), nullptr) << "three intervals";
+  EXPECT_EQ(keeper.map_for(with_map({}, 2, 9'999)), nullptr) << "the clock began anew";
+  const auto other = [&](auto&& change) {
+    Descriptor d = with_map({}, 2, 10'100);
+    change(d);
+    return keeper.map_for(d);
+  };
+  EXPECT_EQ(other([](Descriptor& d) { d.units = Units::relative; }), nullptr);
+  EXPECT_EQ(other([](Descriptor& d) { d.probe_id = 99; }), nullptr);
+  EXPECT_EQ(other([](Descriptor& d) { d.calibration_id = 99; }), nullptr);
+}
+
+TEST(EnvironmentKeeper, LostInAnyPatternNeverShowsAWrongMap) {
+  std::mt19937 random(11);
+  for (int run = 0; run < 200; ++run) {
+    EnvironmentKeeper keeper;
+    EnvironmentMap key;
+    std::vector<float> truth;
+    const auto loss = random() % 10;
+    for (int n = 0; n < 40; ++n) {
+      const auto rough = static_cast<float>(1 + random() % 200);
+      const bool whole = n % 8 == 0;
+      if (whole) key = whole_map(rough);
+      truth.push_back(rough);
+      const Descriptor d =
+          with_map(whole ? key : changes(key, rough), static_cast<std::uint64_t>(n), 50 * n);
+      if (random() % 10 < loss) continue;
+      (void)keeper.take(d);
+      if (const auto kept = keeper.map_for(d)) {
+        // 200 has eight bits, and nine are there.
+        ASSERT_EQ(rough_of(kept), truth[kept->sequence]);
+      }
+    }
+  }
+}
+
+TEST(LightingEnvironment, RadianceComesFromTheMapAndTheLights) {
+  Descriptor d = with_map(whole_map(), 1, 0);
+  d.lights = {test::light({0, 1, 0}, {3, 2, 1}, 0.1F)};
+  const Lighting lighting = Lighting::of(d);
+  for (const Vec3f v : test::directions()) {
+    const Vec3f unit = normalized(v);
+    const Answer<Radiance> mirror = lighting.radiance(v, 0);
+    // 32 texels an edge, as environment_test.cpp has it.
+    EXPECT_NEAR(mirror.value.r, 2 + unit.x, 0.04);
+    EXPECT_EQ(mirror.lights, LightsIncluded::no);
+    for (const float r : {0.3F, 0.5F, 1.0F}) {
+      const float lamp = lights_radiance(d.lights, v, GgxLobe(static_cast<double>(r))).r;
+      const float map = (1 - r) * mirror.value.r + r * 5;
+      EXPECT_NEAR(lighting.radiance(v, r).value.r, map + lamp, 1e-4 * (map + lamp));
+      EXPECT_EQ(lighting.radiance(v, r).lights, LightsIncluded::yes);
+    }
+  }
+  // Irradiance is the harmonics' business.
+  EXPECT_NEAR(lighting.irradiance({0, -1, 0}).value.r, 9 * 3.14159265, 1e-3);
+}
+
+TEST(LightingEnvironment, WithoutAMapItIsTheHarmonics) {
+  EXPECT_FALSE(Lighting::of(with_map({}, 1, 0)).environment());
+  EXPECT_NEAR(Lighting::of(with_map({}, 1, 0)).radiance({1, 0, 0}, 0.4F).value.r, 9, 1e-4);
+  const Lighting changes_alone = Lighting::of(with_map(changes(whole_map(), 6), 1, 0));
+  EXPECT_FALSE(changes_alone.environment());
+  EXPECT_NEAR(changes_alone.radiance({1, 0, 0}, 0.4F).value.r, 9, 1e-4);
+  EXPECT_FALSE(Lighting().environment());
+}
+
+TEST(LightingEnvironment, TurnsWithTheLight) {
+  const Lighting lighting = Lighting::of(with_map(whole_map(), 1, 0));
+  const Quat q = Quat::about({0, 1, 0}, 0.7), p = Quat::about(normalized(Vec3d{1, 2, 3}), -1.9);
+  const Lighting turned = lighting.rotated(q).rotated(p);
+  for (const Vec3f v : test::directions())
+    EXPECT_NEAR(turned.radiance(rotate(p * q, v), 0).value.r, lighting.radiance(v, 0).value.r,
+                1e-5);
+  const auto view = turned.environment();
+  ASSERT_TRUE(view);
+  const Vec3f x = rotate(view->rotation, Vec3f{1, 0, 0}), wanted = rotate(p * q, Vec3f{1, 0, 0});
+  EXPECT_NEAR(length(x - wanted), 0, 1e-6);
+}
+
+class EnvironmentIntake : public ::testing::Test {
+ protected:
+  void take(const Descriptor& d) {
+    const std::string bytes = test::encoded(d);
+    ASSERT_FALSE(bytes.empty());
+    intake_.take(test::as_bytes(bytes), {0},
+                 [](const CaptureTime& t) { return HostTime{t.mid_exposure.ns}; });
+  }
+  Intake intake_{ProbeOptions{}};
+};
+
+TEST_F(EnvironmentIntake, CountsMapsAndThoseWithoutTheirKey) {
+  take(with_map({}, 1, 0));
+  take(with_map(changes(whole_map(), 6), 2, 30));
+  EXPECT_FALSE(intake_.latest({30 * kMs}).environment());
+  take(with_map(whole_map(), 3, 60));
+  take(with_map(changes(whole_map(), 6), 4, 90));
+  take(with_map({}, 5, 120));
+  EXPECT_EQ(intake_.stats().received, 5U);
+  EXPECT_EQ(intake_.stats().maps, 2U);
+  EXPECT_EQ(intake_.stats().maps_without_key, 1U);
+  const Lighting latest = intake_.latest({120 * kMs});
+  ASSERT_TRUE(latest.environment());
+  EXPECT_EQ(latest.environment()->sequence, 4U);
+  EXPECT_EQ(latest.environment()->older_by.ns, 30 * kMs);
+  EXPECT_TRUE(latest.environment()->map.whole());
+  EXPECT_EQ(latest.radiance({1, 0, 0}, 1).value.r, 6);
+}
+
+TEST_F(EnvironmentIntake, TimeTravelSeesTheMapOfItsTime) {
+  take(with_map({}, 1, 0));
+  take(with_map(whole_map(), 2, 100));
+  take(with_map({}, 3, 200));
+  take(with_map(changes(whole_map(), 6), 4, 300));
+  const auto rough_at = [&](std::int64_t ms) {
+    return intake_.at({ms * kMs}).radiance({0, 1, 0}, 1).value.r;
+  };
+  // Harmonics, which the wire rounds to 13 bits.
+  EXPECT_NEAR(rough_at(0), 9, 2e-3);
+  EXPECT_NEAR(rough_at(40), 9, 2e-3);
+  EXPECT_EQ(rough_at(60), 5) << "between two, the map of the nearer";
+  EXPECT_EQ(rough_at(100), 5);
+  EXPECT_EQ(rough_at(240), 5);
+  EXPECT_EQ(rough_at(260), 6);
+  EXPECT_EQ(rough_at(310), 6);
+}
+
+}  // namespace
+}  // namespace lightwell::core

@@ -1,0 +1,107 @@
+#include "measure/speed_bench.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <lightwell/codec.hpp>
+#include <lightwell/time.hpp>
+
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "sim/render.hpp"
+#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
+
+namespace lightwell::measure {
+namespace {
+
+constexpr std::size_t kBuffers = 32;
+constexpr int kPasses = 5;
+
+[[noreturn]] void fail(const Status& s) {
+  std::fprintf(stderr, "measure_speed: %s\n", s.message().c_str());
+  std::exit(1);
+}
+
+/// The pictures of one bracket, all lenses of all exposures, one after another.
+struct Layout {
+  std::vector<std::size_t> offset;
+  std::size_t bytes = 0;
+};
+
+double best_of_passes(const std::function<void(std::size_t)>& once) {
+  double best = 1e9;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const std::int64_t start = monotonic_now_ns();
+    for (std::size_t i = 0; i < kBuffers; ++i) once(i);
+    best = std::min(best, static_cast<double>(monotonic_now_ns() - start) * 1e-9 / kBuffers);
+  }
+  return best;
+}
+
+}  // namespace
+
+Speed measure_speed(const sim::Scene& scene, const SpeedCase& c) {
+  Result<RigParameters> made_rig = sim::make_rig(c.rig, c.width, c.height, c.format);
+  if (!made_rig) fail(made_rig.status());
+  RigParameters& rig = *made_rig;
+  if (c.linear)
+    for (LensParameters& lens : rig.lenses) lens.photometry.response.kind = ResponseCurve::Kind::linear;
+
+  std::vector<std::byte> bracket;
+  std::vector<std::size_t> offsets;
+  sim::SensorModel model = sim::sensor_of(rig, c.format, 1);
+  if (c.linear) model.photometry.response.kind = ResponseCurve::Kind::linear;
+  for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
+    const std::vector<float> radiance = sim::render_radiance(scene, scene.state_at(0), rig.lenses[k], 2);
+    const sim::Sensor sensor(rig.lenses[k], model);
+    for (std::size_t e = 0; e < c.exposures.size(); ++e) {
+      offsets.push_back(bracket.size());
+      bracket.resize(bracket.size() + sensor.bytes());
+      sensor.develop(radiance, {c.exposures[e], 1, e, static_cast<int>(k)},
+                     std::span(bracket).subspan(offsets.back(), sensor.bytes()));
+    }
+  }
+
+  std::vector<std::vector<std::byte>> buffers(kBuffers, bracket);
+  std::vector<std::vector<Frame>> frames(kBuffers);
+  for (std::size_t i = 0; i < kBuffers; ++i) {
+    for (std::size_t e = 0; e < c.exposures.size(); ++e) {
+      Frame frame;
+      frame.info.sequence = i;
+      frame.info.mid_exposure = {static_cast<std::int64_t>(i + 1) * 33'000'000};
+      frame.info.delivered = frame.info.mid_exposure;
+      frame.info.exposure_s = c.exposures[e];
+      for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
+        const std::size_t at = offsets[k * c.exposures.size() + e], stride = packed_stride(c.format, c.width);
+        frame.add_view({static_cast<int>(k), c.format, c.width, c.height, stride,
+                        std::span(buffers[i]).subspan(at, picture_bytes(c.format, stride, c.height))});
+      }
+      frames[i].push_back(std::move(frame));
+    }
+  }
+
+  PanoramaOptions options;
+  options.config = c.config;
+  Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(rig, options);
+  if (!estimator) fail(estimator.status());
+  Encoder encoder;
+  Descriptor d;
+  Speed out;
+  out.bytes = static_cast<double>(bracket.size());
+  out.seconds = best_of_passes([&](std::size_t i) {
+    if (const Status s = (*estimator)->estimate(frames[i], d); !s.ok()) fail(s);
+    const auto encoded = encoder.encode(d);
+    if (!encoded) fail(encoded.status());
+    out.descriptor_bytes = static_cast<double>(encoded->size());
+  });
+  out.lights = static_cast<int>(d.lights.size());
+  frames.clear();
+  out.memcpy_seconds = best_of_passes([&](std::size_t i) {
+    std::memcpy(buffers[(i + 1) % kBuffers].data(), buffers[i].data(), buffers[i].size());
+  });
+  return out;
+}
+
+}  // namespace lightwell::measure
