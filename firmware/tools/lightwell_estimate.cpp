@@ -131,7 +131,7 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
   return out;
 }
 
-Result<Descriptor> estimate(const Arguments& arguments) {
+Result<Descriptor> descriptor_of(const Arguments& arguments) {
   std::vector<ImageArgument> images = arguments.images;
   RigParameters rig;
   if (!arguments.equirect.empty()) {
@@ -200,7 +200,7 @@ int main(int argc, char** argv) {
     std::cout << kHelp;
     return kOk;
   }
-  const Result<Descriptor> descriptor = estimate(*arguments);
+  const Result<Descriptor> descriptor = descriptor_of(*arguments);
   if (!descriptor) return fail(descriptor.status(), kBadInput);
   Encoder encoder;
   const Result<std::span<const std::byte>> bytes = encoder.encode(*descriptor);

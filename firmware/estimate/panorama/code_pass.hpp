@@ -37,8 +37,9 @@ class CodePass {
     float total = 0;                           ///< Sum of weights.
     float pixels = 0;                          ///< That see something.
     float solid_angle = 0;
-    float unit = 0;  ///< Weighted: weight of the 8-bit number 256; 0 marks a plain block.
-    float middle_x = 0, middle_y = 0;  ///< Of the solid angle, pixels from the block's corner.
+    /// Weighted: weight of the 8-bit number 256, so that the block's numbers add up to its total; 0 marks a plain block.
+    float unit[kLaneKinds] = {};
+    float middle_x[kLaneKinds] = {}, middle_y[kLaneKinds] = {};  ///< Of these numbers, pixels from the block's corner.
   };
   /// Neighbouring blocks of one kind within a row of blocks.
   struct Run {
@@ -75,6 +76,7 @@ class CodePass {
   void plan_lens(int lens, const PhotometricCalibration& photometry);
   void plan_block(int lens, std::size_t block, BlockWeight& out) const;
   void plan_weights(int lens, int block_row, Run& run);
+  void round_weights(int lens, std::size_t block, Lanes lanes, const Stretch& s, std::uint8_t* weights);
   void sum_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run);
   void finish_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run, float radiance_per_linear,
                   BlockSums& out);
