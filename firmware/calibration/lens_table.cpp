@@ -296,4 +296,11 @@ Result<RigTable> make_rig_table(const RigParameters& rig, double feather_rad) {
   return table;
 }
 
+double pixel_side(const RigTable& table) {
+  double pixels = 0;
+  for (const LensTable& lens : table.lenses)
+    for (const float sr : lens.solid_angle) pixels += sr > 0 ? 1 : 0;
+  return std::sqrt(table.covered_sr / std::max(1.0, pixels));
+}
+
 }  // namespace lightwell

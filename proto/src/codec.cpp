@@ -68,11 +68,9 @@ Status problem(const Descriptor& d) {
   return {};
 }
 
-/// The exponent may grow where no number has its lowest bits set: small numbers are short varints, and who rounds to
-/// coarser steps saves bytes.
-int exponent_without_zeros(int exponent, std::uint32_t all_bits) {
-  return all_bits == 0 ? 0 : exponent + std::countr_zero(all_bits);
-}
+/// Lowest bits that none of the numbers has: the exponent may grow by these. Small numbers are short varints, and who
+/// rounds to coarser steps saves bytes. 0 where all numbers are zero.
+int common_zeros(std::uint32_t all_bits) { return all_bits == 0 ? 0 : std::countr_zero(all_bits); }
 
 int radiance_exponent(const Descriptor& d) {
   const int finest = exponent_for(largest_coefficient(d.radiance));
@@ -84,34 +82,37 @@ int radiance_exponent(const Descriptor& d) {
 
 void fill_radiance(const Descriptor& d, v1::SphericalHarmonics& m) {
   const RadianceSh& sh = d.radiance;
-  int exponent = radiance_exponent(d);
+  const int exponent = radiance_exponent(d);
+  std::array<std::array<std::int32_t, 3>, sh_count(kMaxBand)> mantissas;
   std::uint32_t bands = 1, all_bits = 0;
   for (int l = 0; l <= sh.band; ++l)
     for (int i = l * l; i < sh_count(l); ++i)
       for (int k = 0; k < 3; ++k) {
-        const auto bits = static_cast<std::uint32_t>(std::abs(mantissa_of(sh.c[static_cast<std::size_t>(i)][k], exponent)));
-        all_bits |= bits;
-        if (bits != 0) bands |= 1U << l;
+        const auto at = static_cast<std::size_t>(i);
+        const std::int32_t mantissa = mantissa_of(sh.c[at][k], exponent);
+        mantissas[at][static_cast<std::size_t>(k)] = mantissa;
+        all_bits |= static_cast<std::uint32_t>(std::abs(mantissa));
+        if (mantissa != 0) bands |= 1U << l;
       }
-  exponent = exponent_without_zeros(exponent, all_bits);
+  const int zeros = common_zeros(all_bits);
   m.set_bands(bands);
-  m.set_exponent(exponent);
+  m.set_exponent(all_bits == 0 ? 0 : exponent + zeros);
   for (int l = 0; l <= sh.band; ++l) {
     if ((bands >> l & 1U) == 0) continue;
     for (int i = l * l; i < sh_count(l); ++i)
-      for (int k = 0; k < 3; ++k) m.add_mantissa(mantissa_of(sh.c[static_cast<std::size_t>(i)][k], exponent));
+      for (const std::int32_t mantissa : mantissas[static_cast<std::size_t>(i)]) m.add_mantissa(mantissa / (1 << zeros));
   }
 }
 
 void fill_light(const Light& light, v1::Light& m) {
   for (const float v : {light.direction.x, light.direction.y, light.direction.z})
     m.add_direction(static_cast<std::int32_t>(std::nearbyint(v * kDirectionScale)));
-  int exponent = exponent_for(largest(light.irradiance));
+  const int exponent = exponent_for(largest(light.irradiance));
   std::uint32_t all_bits = 0;
   for (int k = 0; k < 3; ++k) all_bits |= static_cast<std::uint32_t>(std::abs(mantissa_of(light.irradiance[k], exponent)));
-  exponent = exponent_without_zeros(exponent, all_bits);
-  for (int k = 0; k < 3; ++k) m.add_irradiance_mantissa(mantissa_of(light.irradiance[k], exponent));
-  m.set_irradiance_exponent(exponent);
+  const int zeros = common_zeros(all_bits);
+  for (int k = 0; k < 3; ++k) m.add_irradiance_mantissa(mantissa_of(light.irradiance[k], exponent) / (1 << zeros));
+  m.set_irradiance_exponent(all_bits == 0 ? 0 : exponent + zeros);
   m.set_angular_radius_e5(static_cast<std::uint32_t>(std::lround(light.angular_radius_rad / kRadiusUnit)));
   const auto& cov = light.direction_covariance;
   if (const float most = std::max({std::abs(cov[0]), std::abs(cov[1]), std::abs(cov[2])}); most > 0) {

@@ -23,6 +23,16 @@ constexpr int kMostRegions = 96;
 constexpr float kGlow = 0.1F;
 /// A region whose blocks have more pixels than these is wide: its blocks tell it.
 constexpr std::size_t kCompactPixels = 8192;
+/// About the pole of a stitched picture many pixels are a small piece of the sphere: a region is compact too where it is
+/// no larger than these at the equator.
+constexpr double kCompactAtPole = 1024;
+/// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side moves
+/// a centroid of n pixels by less than a pixel over sqrt(n).
+constexpr std::size_t kRimmedCore = 256;
+/// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees but
+/// a part of itself: the other lens tells it.
+constexpr double kLeastShare = 0.1;
+constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions are numbered up to kMostRegions.
 constexpr std::size_t kMostFlood = 4096;
 constexpr std::size_t kMostParts = 65536;
 constexpr std::size_t kMostSlots = 2048;
@@ -58,6 +68,10 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
   slot_of_block_.assign(layout.size(), -1);
   loaded_.reserve(slots_);
   pool_.resize(slots_ * static_cast<std::size_t>(layout.edge()) * static_cast<std::size_t>(layout.edge()));
+  // Every pixel of a core has eight neighbours, which are others' too.
+  rim_.reserve(4 * kRimmedCore);
+  pixel_sr_ = pixel_side(table) * pixel_side(table);
+  least_of_twins_ = static_cast<float>(kLeastShare * pixel_sr_);
   compact_blocks_ = std::max<std::size_t>(16, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
   plan_neighbours();
 }
@@ -108,7 +122,8 @@ void LightFinder::load(RowReader& reader, std::uint32_t block) {
       const auto i = static_cast<std::size_t>(x);
       PixelLight& out = pool_[(slot * edge + static_cast<std::size_t>(y)) * edge + i];
       out = {};
-      if (!(lens.solid_angle[at + i] > 0)) continue;
+      const float sr = lens.solid_angle[at + i];
+      if (!(sr > 0) || (!lens.twin.empty() && lens.twin[at + i] >= 0 && sr < least_of_twins_)) continue;
       out = {row_.r[i], row_.g[i], row_.b[i], 0.2126F * row_.r[i] + 0.7152F * row_.g[i] + 0.0722F * row_.b[i]};
     }
   }
@@ -192,7 +207,6 @@ double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint
 }
 
 void LightFinder::grow(RowReader& reader, float floor, Vec3f axis, float cos_reach) {
-  const int mask = layout_.edge() - 1, shift = layout_.shift();
   for (std::size_t next = 0; next < region_.size(); ++next) {
     for_neighbours(region_[next].place, [&](PixelPlace p, PixelId id) {
       if (const std::uint8_t other = claimed_[id]; other != 0) {
@@ -202,14 +216,10 @@ void LightFinder::grow(RowReader& reader, float floor, Vec3f axis, float cos_rea
       // Beyond the blocks that the flood reached nothing is bright enough.
       const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
       if (flood_mark_[block] != flood_number_ || all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
-      if (slot_of_block_[block] < 0) load(reader, static_cast<std::uint32_t>(block));
-      const std::int32_t slot = slot_of_block_[block];
-      if (slot < 0) return;
-      const PixelLight& light =
-          pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
-      if (light.luminance < floor) return;
-      const RegionPixel pixel{p, id, light};
-      if (solid_angle(pixel) > 0 && dot(direction(pixel), axis) >= cos_reach) claim(p, id, light);
+      const PixelLight* light = light_at(reader, p);
+      if (light == nullptr || light->luminance < floor) return;
+      const RegionPixel pixel{p, id, *light};
+      if (solid_angle(pixel) > 0 && dot(direction(pixel), axis) >= cos_reach) claim(p, id, *light);
     });
   }
 }
@@ -224,11 +234,50 @@ float LightFinder::solid_angle(const RegionPixel& pixel) const {
   return table_.lenses[lens].solid_angle[pixel.id - lens_first_[lens]];
 }
 
-Vec3d LightFinder::core_direction(std::size_t core) const {
+const LightFinder::PixelLight* LightFinder::light_at(RowReader& reader, PixelPlace p) {
+  const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
+  if (slot_of_block_[block] < 0) load(reader, static_cast<std::uint32_t>(block));
+  const std::int32_t slot = slot_of_block_[block];
+  if (slot < 0) return nullptr;
+  const int mask = layout_.edge() - 1, shift = layout_.shift();
+  return &pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
+}
+
+Vec3d LightFinder::core_direction(RowReader& reader) {
   Vec3d toward;
-  for (std::size_t k = 0; k < core; ++k)
-    toward += vec_cast<double>(direction(region_[k])) * (static_cast<double>(region_[k].light.luminance) * solid_angle(region_[k]));
+  const auto add = [&](const RegionPixel& pixel, float luminance) {
+    toward += vec_cast<double>(direction(pixel)) * (static_cast<double>(luminance) * solid_angle(pixel));
+  };
+  for (const RegionPixel& pixel : region_) add(pixel, pixel.light.luminance);
+  if (region_.size() > kRimmedCore) return normalized(toward);
+  // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share.
+  rim_.clear();
+  for (const RegionPixel& pixel : region_)
+    for_neighbours(pixel.place, [&](PixelPlace p, PixelId id) {
+      if (claimed_[id] != 0 || rim_.size() == rim_.capacity()) return;
+      const PixelLight* light = light_at(reader, p);
+      if (light == nullptr) return;
+      claimed_[id] = kRim;
+      rim_.push_back({p, id, *light});
+    });
+  for (const RegionPixel& pixel : rim_) {
+    float beside = pixel.light.luminance;
+    for_neighbours(pixel.place, [&](PixelPlace p, PixelId id) {
+      const PixelLight* light = light_at(reader, p);
+      if (light != nullptr && solid_angle({p, id, *light}) > 0) beside = std::min(beside, light->luminance);
+    });
+    add(pixel, pixel.light.luminance - beside);
+  }
+  for (const RegionPixel& pixel : rim_) claimed_[pixel.id] = 0;
   return normalized(toward);
+}
+
+bool LightFinder::is_compact(const CellGrid& grid) const {
+  if (flood_.size() <= compact_blocks_) return true;
+  if (flood_.size() > slots_) return false;
+  double sr = 0;
+  for (const std::uint32_t block : flood_) sr += grid.solid_angle(block);
+  return sr <= kCompactAtPole * pixel_sr_;
 }
 
 void LightFinder::note(std::uint32_t block, const CellSum& light) {
@@ -302,7 +351,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
     grow(reader, 0.5F * peak, {}, -2);
     const std::size_t core = region_.size();
-    axis = core_direction(core);
+    axis = core_direction(reader);
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
     for (std::size_t k = 0; k < core; ++k) core_sr += solid_angle(region_[k]);
@@ -313,7 +362,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
     grow(reader, skirt, vec_cast<float>(axis), kCosReach);
     (void)flood(sums, grid, block, skirt, kCosReach);
-    if (flood_.size() <= compact_blocks_) {
+    if (is_compact(grid)) {
       grow(reader, skirt, vec_cast<float>(axis), kCosReach);
     } else {
       gather_blocks(sums, grid, skirt, axis, all);
@@ -377,7 +426,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
     if (!first_region && flood(sums, grid, c.block, skirt, kCosReach) < faintest) continue;
 
     (void)flood(sums, grid, c.block, 0.5F * c.peak, -2);
-    bool compact = flood_.size() <= compact_blocks_;
+    bool compact = is_compact(grid);
     PixelPlace peak_at{};
     float peak = c.peak;
     if (compact) {
@@ -396,7 +445,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
       }
       if (peak < c.peak) {
         (void)flood(sums, grid, c.block, 0.5F * peak, -2);
-        compact = flood_.size() <= compact_blocks_;
+        compact = is_compact(grid);
       }
     }
     number_ = static_cast<std::uint8_t>(++regions);

@@ -2,7 +2,8 @@
 //
 // The written rule, which the oracle in tests/reference follows too: negatives count as zero; the region of a light is
 // the pixels connected (eight neighbours, across seam, poles and lenses) to its peak with at least half the peak's
-// luminance; its direction is the centroid of that region, weighted by luminance and solid angle.
+// luminance; its direction is the centroid of that region, weighted by luminance and solid angle (of a region of few
+// pixels with what the pixels around it hold of the light: it covers them in part).
 // Its energy is gathered further down, to kSkirt of the peak, as a lens and a lamp's own glow spread it.
 //
 // Regions are first walked block by block, which bounds what they can give: a spot too faint to matter costs no pixel. A
@@ -79,8 +80,12 @@ class LightFinder {
   void grow(RowReader& reader, float floor, Vec3f axis, float cos_reach);
   [[nodiscard]] Vec3f direction(const RegionPixel& pixel) const;
   [[nodiscard]] float solid_angle(const RegionPixel& pixel) const;
-  /// Centroid of the first `core` pixels of the region; zero where they are dark.
-  [[nodiscard]] Vec3d core_direction(std::size_t core) const;
+  /// Null where no room is left to read its block.
+  [[nodiscard]] const PixelLight* light_at(RowReader& reader, PixelPlace place);
+  /// Centroid of the region as it is a core alone; zero where it is dark.
+  [[nodiscard]] Vec3d core_direction(RowReader& reader);
+  /// Whether flood_ is few enough pixels, or small enough, to be walked pixel by pixel.
+  [[nodiscard]] bool is_compact(const CellGrid& grid) const;
   /// Whole blocks of flood_ that are bright all over, about `axis`.
   void gather_blocks(const BlockSums& sums, const CellGrid& grid, float floor, Vec3d axis, Gathered& out);
   void gather_pixels(Vec3d axis, Gathered& out);
@@ -101,7 +106,7 @@ class LightFinder {
   std::vector<float> region_irradiance_;
   std::vector<Part> parts_;                  ///< Of all regions, by ascending region.
   std::vector<std::uint8_t> region_of_light_;
-  std::vector<RegionPixel> region_;
+  std::vector<RegionPixel> region_, rim_;
   std::vector<PixelId> all_claimed_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> flood_, flood_mark_;
@@ -112,6 +117,8 @@ class LightFinder {
   LinearRow row_;
   std::size_t slots_;
   std::size_t compact_blocks_ = 0;
+  double pixel_sr_ = 0;  ///< Of a mean pixel.
+  float least_of_twins_ = 0;
 };
 
 }  // namespace lightwell::estimate

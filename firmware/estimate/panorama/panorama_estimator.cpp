@@ -277,6 +277,7 @@ void PanoramaEstimator::find_errors(const Stage& stage, Descriptor& out) {
   spread_ = std::sqrt(sums.noise / 6) * scale_.factor / rms_;
   // A radiance that is hidden everywhere alike is a quarter of its integral in irradiance.
   hidden_ = sums.bias / 4 * scale_.factor / rms_;
+  if (hidden_ + 3 * spread_ >= 1) out.flags.set(Flag::dark);
   sampling_ = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
               (stage.grid().fitted() ? 0 : stage.grid().unevenness()) +
               seen_.uneven * scale_.factor / std::sqrt(6.0) / rms_;

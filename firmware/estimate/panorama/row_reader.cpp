@@ -11,6 +11,11 @@
 namespace lightwell::estimate {
 namespace {
 
+/// Of exposure_s * gain and its inverse: what is beyond would leave floats once it is squared.
+constexpr double kLargestScale = 1e15;
+/// Radiance beyond this counts as infinite: integrals of it must stay numbers that the wire can hold.
+constexpr float kBrightest = 1e30F;
+
 std::uint16_t word(const std::byte* at) {
   return static_cast<std::uint16_t>(std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8);
 }
@@ -85,9 +90,9 @@ Status RowReader::bind(std::span<const Frame> bracket) {
     const double exposure = frame.info.exposure_s * frame.info.gain;
     if (!(exposure > 0) || !std::isfinite(exposure))
       return misfit("exposure_s * gain is " + std::to_string(exposure) + "; it must be positive and finite");
+    if (!(exposure >= 1 / kLargestScale && exposure <= kLargestScale))
+      return misfit("exposure_s * gain is " + std::to_string(exposure) + "; no camera exposes so");
     e.radiance_per_linear = static_cast<float>(1 / exposure);
-    if (!(e.radiance_per_linear > 0) || !std::isfinite(e.radiance_per_linear))
-      return misfit("exposure_s * gain is out of range");
   }
   std::sort(exposures_.begin(), exposures_.begin() + static_cast<std::ptrdiff_t>(exposure_count_),
             [](const Exposure& a, const Exposure& b) { return a.radiance_per_linear > b.radiance_per_linear; });
@@ -309,7 +314,7 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
   if (!radiance_already) return;
   int bad = 0;
   for (const float* channel : radiance)
-    for (std::size_t i = 0; i < n; ++i) bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > 3e38F);
+    for (std::size_t i = 0; i < n; ++i) bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > kBrightest);
   if (bad == 0) return;
   if (out.certain) {
     std::fill_n(out.variance.begin(), n, 0.0F);
@@ -320,16 +325,16 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
   float largest = 0;
   for (int c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < n; ++i)
-      if (radiance[c][i] <= 3e38F) largest = std::max(largest, radiance[c][i]);
+      if (radiance[c][i] <= kBrightest) largest = std::max(largest, radiance[c][i]);
   for (std::size_t i = 0; i < n; ++i) {
     bool touched = false;
     for (int c = 0; c < 3; ++c) {
       float& v = radiance[c][i];
-      if (v >= 0 && v <= 3e38F) continue;
+      if (v >= 0 && v <= kBrightest) continue;
       touched = true;
       // Infinite light is at least the strongest that is finite beside it; how much more, nobody knows.
-      out.clipped[i] = v > 3e38F ? 1 : out.clipped[i];
-      v = v > 3e38F ? largest : 0;
+      out.clipped[i] = v > kBrightest ? 1 : out.clipped[i];
+      v = v > kBrightest ? largest : 0;
     }
     if (touched) {
       ++counts.cleaned;

@@ -26,13 +26,6 @@ CellGrid merged_grid(const BlockLayout& layout, const Stage& finer) {
 
 }  // namespace
 
-double pixel_side(const RigTable& table) {
-  double pixels = 0;
-  for (const LensTable& lens : table.lenses)
-    for (const float sr : lens.solid_angle) pixels += sr > 0 ? 1 : 0;
-  return std::sqrt(table.covered_sr / std::max(1.0, pixels));
-}
-
 Stage::Stage(const RigParameters& rig, const RigTable& table, int edge, const Stage* finer)
     : table_(table),
       layout_(table, edge),

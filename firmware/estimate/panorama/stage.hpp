@@ -65,7 +65,4 @@ class Stage {
   std::vector<CellGrid::Moved> moved_;
 };
 
-/// Side of a pixel of mean solid angle, rad.
-[[nodiscard]] double pixel_side(const RigTable& table);
-
 }  // namespace lightwell::estimate
