@@ -25,7 +25,7 @@ constexpr float kGlow = 0.1F;
 constexpr std::size_t kCompactPixels = 8192;
 /// About the pole of a stitched picture many pixels are a small piece of the sphere: a region is compact too where it is
 /// no larger than these at the equator.
-constexpr double kCompactAtPole = 1024;
+constexpr double kCompactAtPole = 2048;
 /// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side moves
 /// a centroid of n pixels by less than a pixel over sqrt(n).
 constexpr std::size_t kRimmedCore = 256;
@@ -122,8 +122,7 @@ void LightFinder::load(RowReader& reader, std::uint32_t block) {
       const auto i = static_cast<std::size_t>(x);
       PixelLight& out = pool_[(slot * edge + static_cast<std::size_t>(y)) * edge + i];
       out = {};
-      const float sr = lens.solid_angle[at + i];
-      if (!(sr > 0) || (!lens.twin.empty() && lens.twin[at + i] >= 0 && sr < least_of_twins_)) continue;
+      if (!(lens.solid_angle[at + i] > 0)) continue;
       out = {row_.r[i], row_.g[i], row_.b[i], 0.2126F * row_.r[i] + 0.7152F * row_.g[i] + 0.0722F * row_.b[i]};
     }
   }
@@ -138,9 +137,10 @@ LightFinder::PixelPlace LightFinder::peak_pixel(std::uint32_t block, float& peak
   for (int y = 0; y < p.height; ++y) {
     for (int x = 0; x < p.width; ++x) {
       const PixelLight& l = pool_[(slot * edge + static_cast<std::size_t>(y)) * edge + static_cast<std::size_t>(x)];
-      if (!(l.luminance > peak) || claimed_[id_of(p.lens, p.x + x, p.y + y)] != 0) continue;
+      const PixelPlace here{p.lens, p.x + x, p.y + y};
+      if (!(l.luminance > peak) || claimed_[id_of(here.lens, here.x, here.y)] != 0 || at_edge(here)) continue;
       peak = l.luminance;
-      at = {p.lens, p.x + x, p.y + y};
+      at = here;
     }
   }
   return at;
@@ -206,7 +206,7 @@ double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint
   return luminance;
 }
 
-void LightFinder::grow(RowReader& reader, float floor, Vec3f axis, float cos_reach) {
+void LightFinder::grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach) {
   for (std::size_t next = 0; next < region_.size(); ++next) {
     for_neighbours(region_[next].place, [&](PixelPlace p, PixelId id) {
       if (const std::uint8_t other = claimed_[id]; other != 0) {
@@ -218,10 +218,17 @@ void LightFinder::grow(RowReader& reader, float floor, Vec3f axis, float cos_rea
       if (flood_mark_[block] != flood_number_ || all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
       const PixelLight* light = light_at(reader, p);
       if (light == nullptr || light->luminance < floor) return;
+      if (part == RegionPart::core && at_edge(p)) return;
       const RegionPixel pixel{p, id, *light};
       if (solid_angle(pixel) > 0 && dot(direction(pixel), axis) >= cos_reach) claim(p, id, *light);
     });
   }
+}
+
+bool LightFinder::at_edge(PixelPlace p) const {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
+  const std::size_t i = static_cast<std::size_t>(p.y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x);
+  return !lens.twin.empty() && lens.twin[i] >= 0 && lens.solid_angle[i] < least_of_twins_;
 }
 
 Vec3f LightFinder::direction(const RegionPixel& pixel) const {
@@ -349,7 +356,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     claim(peak_at, id_of(peak_at.lens, peak_at.x, peak_at.y),
           pool_[(slot * edge + static_cast<std::size_t>(peak_at.y - p.y)) * edge + static_cast<std::size_t>(peak_at.x - p.x)]);
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
-    grow(reader, 0.5F * peak, {}, -2);
+    grow(reader, RegionPart::core, 0.5F * peak, {}, -2);
     const std::size_t core = region_.size();
     axis = core_direction(reader);
     if (axis == Vec3d{}) return out;
@@ -360,10 +367,10 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     const int shared = reader.pixels_per_color();
     const double samples = std::max(1.0, static_cast<double>(core) / shared);
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
-    grow(reader, skirt, vec_cast<float>(axis), kCosReach);
+    grow(reader, RegionPart::skirt, skirt, vec_cast<float>(axis), kCosReach);
     (void)flood(sums, grid, block, skirt, kCosReach);
     if (is_compact(grid)) {
-      grow(reader, skirt, vec_cast<float>(axis), kCosReach);
+      grow(reader, RegionPart::skirt, skirt, vec_cast<float>(axis), kCosReach);
     } else {
       gather_blocks(sums, grid, skirt, axis, all);
     }

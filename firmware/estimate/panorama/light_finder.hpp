@@ -54,6 +54,7 @@ class LightFinder {
   struct PixelLight {
     float r, g, b, luminance;
   };
+  enum class RegionPart { core, skirt };
   struct RegionPixel {
     PixelPlace place;
     PixelId id;
@@ -77,7 +78,10 @@ class LightFinder {
   double flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, float cos_reach);
   void claim(PixelPlace place, PixelId id, const PixelLight& light);
   /// Adds to the region all that is connected to it, at least `floor` bright and within `cos_reach` of `axis`.
-  void grow(RowReader& reader, float floor, Vec3f axis, float cos_reach);
+  void grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach);
+  /// Of what two lenses see: whether this pixel is at its lens's edge, where it sees but a part of itself. Its light
+  /// counts, but does not tell where the light is.
+  [[nodiscard]] bool at_edge(PixelPlace place) const;
   [[nodiscard]] Vec3f direction(const RegionPixel& pixel) const;
   [[nodiscard]] float solid_angle(const RegionPixel& pixel) const;
   /// Null where no room is left to read its block.
