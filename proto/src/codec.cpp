@@ -117,7 +117,8 @@ void fill_light(const Light& light, v1::Light& m) {
   const auto& cov = light.direction_covariance;
   if (const float most = std::max({std::abs(cov[0]), std::abs(cov[1]), std::abs(cov[2])}); most > 0) {
     const int unit = exponent_for(most, kCovarianceLimit);
-    for (const float v : cov) m.add_covariance_mantissa(mantissa_of(v, unit));
+    const bool round = cov[0] == cov[2] && cov[1] == 0;
+    for (std::size_t k = 0; k < (round ? 1 : cov.size()); ++k) m.add_covariance_mantissa(mantissa_of(cov[k], unit));
     m.set_covariance_exponent(unit);
   }
   m.set_track(light.track);
@@ -163,8 +164,8 @@ Status read_radiance(const v1::SphericalHarmonics& m, RadianceSh& sh) {
 Status read_light(const v1::Light& m, Light& light) {
   if (m.direction_size() != 3) return invalid("light.direction needs three numbers");
   if (m.irradiance_mantissa_size() != 3) return invalid("light.irradiance_mantissa needs three numbers");
-  if (m.covariance_mantissa_size() != 0 && m.covariance_mantissa_size() != 3)
-    return invalid("light.covariance_mantissa needs three numbers, or none");
+  if (const int n = m.covariance_mantissa_size(); n != 0 && n != 1 && n != 3)
+    return invalid("light.covariance_mantissa needs three numbers, one or none");
   if (m.covariance_exponent() < -150 || m.covariance_exponent() > 100)
     return invalid("light.covariance_exponent is out of range");
   if (m.irradiance_exponent() < -150 || m.irradiance_exponent() > 100)
@@ -185,6 +186,7 @@ Status read_light(const v1::Light& m, Light& light) {
       return invalid("light.covariance_mantissa is larger than 63");
     light.direction_covariance[static_cast<std::size_t>(k)] = value_of(m.covariance_mantissa(k), m.covariance_exponent());
   }
+  if (m.covariance_mantissa_size() == 1) light.direction_covariance[2] = light.direction_covariance[0];
   light.track = m.track();
   return {};
 }

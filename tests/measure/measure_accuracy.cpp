@@ -1,19 +1,24 @@
-// How far descriptors are from the truth, over the real panoramas: prints one JSON object a line for tests/figures.
-//   measure_accuracy [--epsilon E] [--setting S] [--all]
+// How far descriptors are from the truth, over the real panoramas: prints one JSON object a scene for tests/figures.
+//   measure_accuracy [--epsilon E] [--setting S] [--sensor FORMAT] [--all]
+// --sensor rgb8|bayer_rggb8|nv12|yuyv|...: a bracket of three through noise and vignetting; without, an ideal sensor.
+// Besides: what ARCore- and ARKit-style output would give of the same light. They are made from the panorama itself, so
+// that neither lens nor pixels cost them anything.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <numbers>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
+#include "bench/ar_output.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "measure/panorama_truth.hpp"
+#include "measure/shots.hpp"
 #include "sim/panorama.hpp"
-#include "sim/render.hpp"
 #include "sim/rigs.hpp"
-#include "sim/sensor.hpp"
 
 namespace {
 
@@ -25,73 +30,123 @@ namespace ref = reference;
   std::exit(1);
 }
 
-struct Shot {
-  std::vector<std::vector<std::byte>> pixels;
-  std::vector<Frame> frames;
+[[noreturn]] void wrong_usage() {
+  std::fprintf(stderr,
+               "usage: measure_accuracy [--epsilon E] [--setting fast|balanced|exact] [--sensor FORMAT] [--all]\n");
+  std::exit(2);
+}
+
+ref::Rgb color(const bench::Triple& t) { return {t[0], t[1], t[2]}; }
+
+struct Peers {
+  double arcore = 0, arcore_direction_deg = 0, arkit = 0;
 };
 
-Shot shoot(const sim::Scene& scene, const RigParameters& rig, PixelFormat format, const std::vector<double>& exposures) {
-  Shot out;
-  sim::SensorModel model = sim::sensor_of(rig, format, 1);
-  for (std::size_t e = 0; e < exposures.size(); ++e) {
-    Frame frame;
-    frame.info.exposure_s = exposures[e];
-    frame.info.mid_exposure = {1'000'000};
-    for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
-      const LensParameters& lens = rig.lenses[k];
-      const std::vector<float> radiance = sim::render_radiance(scene, scene.state_at(0), lens, sim::samples_for(lens, scene.panorama(scene.state_at(0))));
-      const sim::Sensor sensor(lens, model);
-      out.pixels.emplace_back(sensor.bytes());
-      sensor.develop(radiance, {exposures[e], 1, e, static_cast<int>(k)}, out.pixels.back());
-      frame.add_view({static_cast<int>(k), format, lens.width, lens.height, sensor.stride(), out.pixels.back()});
-    }
-    out.frames.push_back(std::move(frame));
-  }
-  return out;
+Peers peers(const measure::PanoramaTruth& truth, const sim::Panorama& panorama) {
+  const bench::EquirectImage image{panorama.width, panorama.height, panorama.rgb};
+  const bench::ArcoreOutput arcore = bench::arcore_output(image);
+  const bench::ArkitOutput arkit = bench::arkit_output(image);
+  const auto error = [&](const auto& output) {
+    return measure::irradiance_error(truth,
+                                     [&](const ref::V3& n) {
+                                       return color(bench::irradiance_of(output, {n.x, n.y, n.z}));
+                                     })
+        .rms;
+  };
+  const bench::Triple& d = arcore.main_direction;
+  return {error(arcore), ref::angle_deg({d[0], d[1], d[2]}, truth.brightest->direction), error(arkit)};
+}
+
+void number(const char* name, double value) {
+  if (std::isfinite(value))
+    std::printf(", \"%s\": %.6g", name, value);
+  else
+    std::printf(", \"%s\": null", name);
+}
+
+void measure_scene(const std::string& path, PixelFormat format, const PanoramaOptions& options) {
+  const Result<measure::PanoramaTruth> truth = measure::load_panorama_truth(path);
+  if (!truth) fail(truth.status());
+  Result<sim::Panorama> panorama = sim::load_panorama(path);
+  if (!panorama) fail(panorama.status());
+  const Peers others = peers(*truth, *panorama);
+  const sim::Scene scene(std::move(*panorama));
+  const RigParameters rig = *sim::make_rig("pair", 640, 480, format);
+  measure::Camera camera(rig, format);
+  const measure::LensRadiance radiance = camera.render(scene, scene.state_at(0));
+  const std::vector<double> exposures = camera.bracket_of_three(measure::peak_of(radiance), measure::mean_of(radiance));
+  const measure::Shot shot = camera.develop(radiance, exposures, 0);
+
+  auto estimator = make_panorama_estimator(rig, options);
+  if (!estimator) fail(estimator.status());
+  Descriptor made;
+  if (const Status s = (*estimator)->estimate(shot.frames, made); !s.ok()) fail(s);
+  made.time.encoded_after = Duration{measure::kEncodedAfterNs};
+  Encoder encoder;
+  const auto bytes = encoder.encode(made);
+  if (!bytes) fail(bytes.status());
+  const Result<Descriptor> back = decode_descriptor(*bytes);
+  if (!back) fail(back.status());
+  const Descriptor& d = *back;
+
+  const ref::IrradianceError e = measure::irradiance_error(*truth, [&](const ref::V3& n) {
+    const Irradiance v = irradiance_at(d, vec_cast<float>(Vec3d{n.x, n.y, n.z}));
+    return ref::Rgb{v.r, v.g, v.b};
+  });
+  double nearest = 180;
+  for (const Light& l : d.lights)
+    nearest =
+        std::min(nearest, ref::angle_deg({l.direction.x, l.direction.y, l.direction.z}, truth->brightest->direction));
+  std::printf("{\"scene\": \"%s\", \"sensor\": \"%s\", \"bytes\": %zu, \"lights\": %zu, \"band\": %d, \"flagged\": %d",
+              truth->name.c_str(), std::string(to_string(format)).c_str(), bytes->size(), d.lights.size(),
+              d.radiance.band, !std::isfinite(d.bound.total));
+  number("error", e.rms);
+  number("weighted", e.luminance_weighted);
+  number("largest", e.largest);
+  number("bound", d.bound.total);
+  number("truncation", d.bound.truncation);
+  number("sampling", d.bound.sampling);
+  number("noise", d.bound.noise);
+  number("quantization", d.bound.quantization);
+  number("direction_deg", nearest);
+  number("peak", truth->brightest->peak_to_mean);
+  number("region_radius_deg", truth->brightest->solid_angle_radius_rad * 180 / std::numbers::pi);
+  number("stops", std::log2(exposures.back() / exposures.front()));
+  number("arcore", others.arcore);
+  number("arcore_direction_deg", others.arcore_direction_deg);
+  number("arkit", others.arkit);
+  std::printf("}\n");
+  std::fflush(stdout);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   PanoramaOptions options;
+  options.probe_id = identity_of("lightwell");
+  PixelFormat format = PixelFormat::rgb_f32;
   bool all = false;
   for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--epsilon") == 0 && i + 1 < argc) options.config.epsilon = std::atof(argv[++i]);
-    else if (std::strcmp(argv[i], "--setting") == 0 && i + 1 < argc) {
-      for (const Setting s : kSettings)
-        if (to_string(s) == argv[i + 1]) options.config.setting = s;
+    const bool more = i + 1 < argc;
+    bool known = false;
+    if (std::strcmp(argv[i], "--all") == 0) {
+      all = known = true;
+    } else if (std::strcmp(argv[i], "--epsilon") == 0 && more) {
+      options.config.epsilon = std::atof(argv[++i]);
+      known = true;
+    } else if (std::strcmp(argv[i], "--setting") == 0 && more) {
       ++i;
-    } else if (std::strcmp(argv[i], "--all") == 0) all = true;
-    else return std::fprintf(stderr, "usage: measure_accuracy [--epsilon E] [--setting fast|balanced|exact] [--all]\n"), 2;
+      for (const Setting s : kSettings)
+        if (to_string(s) == argv[i]) options.config.setting = s, known = true;
+    } else if (std::strcmp(argv[i], "--sensor") == 0 && more) {
+      ++i;
+      for (const PixelFormat f : kPixelFormats)
+        if (to_string(f) == argv[i]) format = f, known = true;
+    }
+    if (!known) wrong_usage();
   }
-  const RigParameters rig = *sim::make_rig("pair", 640, 480, PixelFormat::rgb_f32);
-  Result<std::vector<std::string>> paths = all ? measure::all_panoramas() : measure::eight_panoramas();
+  const Result<std::vector<std::string>> paths = all ? measure::all_panoramas() : measure::eight_panoramas();
   if (!paths) fail(paths.status());
-  for (const std::string& path : *paths) {
-    Result<measure::PanoramaTruth> truth = measure::load_panorama_truth(path);
-    if (!truth) fail(truth.status());
-    Result<sim::Panorama> panorama = sim::load_panorama(path);
-    if (!panorama) fail(panorama.status());
-    const sim::Scene scene(std::move(*panorama));
-    const Shot shot = shoot(scene, rig, PixelFormat::rgb_f32, {1.0});
-    auto estimator = make_panorama_estimator(rig, options);
-    if (!estimator) fail(estimator.status());
-    Descriptor made;
-    if (const Status s = (*estimator)->estimate(shot.frames, made); !s.ok()) fail(s);
-    Encoder encoder;
-    const auto bytes = encoder.encode(made);
-    if (!bytes) fail(bytes.status());
-    const Descriptor d = *decode_descriptor(*bytes);
-    const ref::IrradianceError e = measure::irradiance_error(*truth, [&](const ref::V3& n) {
-      const Irradiance v = irradiance_at(d, vec_cast<float>(Vec3d{n.x, n.y, n.z}));
-      return ref::Rgb{v.r, v.g, v.b};
-    });
-    double nearest = 180;
-    for (const Light& l : d.lights)
-      nearest = std::min(nearest, ref::angle_deg({l.direction.x, l.direction.y, l.direction.z}, truth->brightest->direction));
-    std::printf("{\"scene\": \"%s\", \"error\": %.5f, \"weighted\": %.5f, \"bound\": %.5f, \"truncation\": %.5f, \"sampling\": %.5f, \"quantization\": %.5f, \"bytes\": %zu, \"lights\": %zu, \"band\": %d, \"direction_deg\": %.3f, \"peak\": %.0f}\n",
-                truth->name.c_str(), e.rms, e.luminance_weighted, static_cast<double>(d.bound.total), static_cast<double>(d.bound.truncation), static_cast<double>(d.bound.sampling), static_cast<double>(d.bound.quantization), bytes->size(), d.lights.size(), d.radiance.band, nearest, truth->brightest->peak_to_mean);
-    std::fflush(stdout);
-  }
+  for (const std::string& path : *paths) measure_scene(path, format, options);
   return 0;
 }

@@ -1,47 +1,172 @@
-// Times the panorama estimator beside memcpy: one case from the command line, or all that tests/figures asks for.
+// Times the panorama estimator, from frame to encoded descriptor, beside memcpy of the same bytes in the same run.
+// Prints one JSON object a line for tests/figures: figure, value (time by that of memcpy), ms, memcpy_gb_per_s, bytes
+// (of the descriptor), lights, and what else the part below names.
+//   measure_speed formats    SETTING.RIG.FORMAT     one picture
+//   measure_speed brackets   bracket.RIG.FORMAT     three exposures at `balanced`
+//   measure_speed sizes      size.SETTING.WxH       one lens; seen_pixels: that the lens sees at all, the others cost
+//   nothing measure_speed lights     lights.SETTING.FORMAT.N  N small lights in an even room, all of which come out
+//   measure_speed            all of these
+// Rigs: single, one lens of 1280x960; pair, two of these; equirect, a whole sphere of as many pixels as 1280x960.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
-#include <map>
+#include <numbers>
+#include <string>
 
+#include "calibration/lens_table.hpp"
 #include "measure/speed_bench.hpp"
 #include "sim/panorama.hpp"
+#include "sim/rigs.hpp"
 
 namespace {
 
 using namespace lightwell;
 
-void print(const std::string& name, const measure::Speed& s) {
-  std::printf("{\"figure\": \"%s\", \"value\": %.4g, \"ms\": %.4g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %.0f, \"lights\": %d}\n",
-              name.c_str(), s.seconds / s.memcpy_seconds, s.seconds * 1e3, s.bytes / s.memcpy_seconds * 1e-9,
-              s.descriptor_bytes, s.lights);
+constexpr const char* kRigs[] = {"single", "pair", "equirect"};
+constexpr PixelFormat kFormats[] = {PixelFormat::rgb8, PixelFormat::bayer_rggb8, PixelFormat::nv12, PixelFormat::yuyv};
+constexpr int kSizes[][2] = {{640, 480}, {1280, 960}, {1920, 1440}, {2560, 1920}, {3840, 3840}};
+/// Pictures of every size take turns in as much memory, more than any cache holds: eight of 3840x3840.
+constexpr std::size_t kBytesOfSizes = 8UL * 3 * 3840 * 3840;
+constexpr int kLights = 64;
+/// A degree and a half wide, six pixels of 1568x784, and 150 times the room: each gives 0.5 % of all light, and a lamp
+/// of less than 0.2 % is none to the estimator.
+constexpr double kLightRadiusRad = 0.75 * std::numbers::pi / 180;
+constexpr float kLightRadiance = 150;
+
+[[noreturn]] void fail(const Status& s) {
+  std::fprintf(stderr, "measure_speed: %s\n", s.message().c_str());
+  std::exit(1);
+}
+
+void print(const std::string& name, const measure::Speed& s, double seen_pixels = 0) {
+  std::printf(
+      "{\"figure\": \"%s\", \"value\": %.4g, \"ms\": %.5g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %.0f, \"lights\": %d",
+      name.c_str(), s.seconds / s.memcpy_seconds, s.seconds * 1e3, s.bytes / s.memcpy_seconds * 1e-9,
+      s.descriptor_bytes, s.lights);
+  if (seen_pixels > 0) std::printf(", \"seen_pixels\": %.0f", seen_pixels);
+  std::printf("}\n");
   std::fflush(stdout);
+}
+
+measure::SpeedCase case_of(const char* rig) {
+  measure::SpeedCase c;
+  c.rig = rig;
+  const bool sphere = std::strcmp(rig, "equirect") == 0;
+  c.width = sphere ? 1568 : 1280;
+  c.height = sphere ? 784 : 960;
+  return c;
+}
+
+void each_format(const sim::Scene& scene, measure::SpeedCase c, const std::string& prefix) {
+  c.linear = true;
+  print(prefix + "rgb8_linear", measure_speed(scene, c));
+  c.linear = false;
+  for (const PixelFormat format : kFormats) {
+    c.format = format;
+    print(prefix + std::string(to_string(format)), measure_speed(scene, c));
+  }
+}
+
+void formats(const sim::Scene& scene) {
+  for (const Setting setting : kSettings) {
+    for (const char* rig : kRigs) {
+      measure::SpeedCase c = case_of(rig);
+      c.config.setting = setting;
+      each_format(scene, c, std::string(to_string(setting)) + "." + rig + ".");
+    }
+  }
+}
+
+void brackets(const sim::Scene& scene) {
+  for (const char* rig : kRigs) {
+    measure::SpeedCase c = case_of(rig);
+    c.exposures = {1e-5, 3e-4, 1e-2};
+    each_format(scene, c, std::string("bracket.") + rig + ".");
+  }
+}
+
+double seen_pixels(const measure::SpeedCase& c) {
+  const Result<RigParameters> rig = sim::make_rig(c.rig, c.width, c.height, c.format);
+  if (!rig) fail(rig.status());
+  const Result<RigTable> table = make_rig_table(*rig);
+  if (!table) fail(table.status());
+  double seen = 0;
+  for (const LensTable& lens : table->lenses)
+    seen += static_cast<double>(
+        std::count_if(lens.solid_angle.begin(), lens.solid_angle.end(), [](auto s) { return s > 0; }));
+  return seen;
+}
+
+void sizes(const sim::Scene& scene) {
+  for (const auto& size : kSizes) {
+    measure::SpeedCase c = case_of("single");
+    c.width = size[0];
+    c.height = size[1];
+    c.linear = true;
+    c.buffers = kBytesOfSizes / (3UL * static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height));
+    const double seen = seen_pixels(c);
+    for (const Setting setting : {Setting::fast, Setting::balanced}) {
+      c.config.setting = setting;
+      char name[60];
+      std::snprintf(name, sizeof name, "size.%s.%dx%d", std::string(to_string(setting)).c_str(), c.width, c.height);
+      print(name, measure_speed(scene, c), seen);
+    }
+  }
+}
+
+sim::Scene room(int lights) {
+  std::vector<Vec3d> towards;  // Evenly over the sphere: Gonzalez 2010.
+  for (int i = 0; i < lights; ++i) {
+    const double y = 1 - (2.0 * i + 1) / lights, phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    towards.push_back({std::sqrt(1 - y * y) * std::cos(phi), y, std::sqrt(1 - y * y) * std::sin(phi)});
+  }
+  return sim::Scene(sim::from_function(2048, [&](Vec3d d) {
+    const bool lit = std::any_of(towards.begin(), towards.end(),
+                                 [&](const Vec3d& t) { return dot(t, d) > std::cos(kLightRadiusRad); });
+    return lit ? Radiance{kLightRadiance, kLightRadiance, kLightRadiance} : Radiance{1, 1, 1};
+  }));
+}
+
+void lights() {
+  const sim::Scene none = room(0), all = room(kLights);
+  for (const Setting setting : {Setting::fast, Setting::balanced}) {
+    for (const bool linear : {true, false}) {
+      measure::SpeedCase c = case_of("equirect");
+      c.linear = linear;
+      c.config.setting = setting;
+      c.config.max_lights = kLights;
+      c.config.epsilon = 0;  // All that there is comes out: 64 lights, or none.
+      const RigParameters rig = *sim::make_rig(c.rig, c.width, c.height, c.format);
+      c.exposures = {sim::exposure_below_saturation(sim::sensor_of(rig, c.format, 1), kLightRadiance, 1)};
+      // In turns, the better of two each: both see the machine's good moments.
+      measure::Speed without = measure_speed(none, c), with = measure_speed(all, c);
+      const measure::Speed again = measure_speed(none, c), with_again = measure_speed(all, c);
+      if (again.seconds < without.seconds) without = again;
+      if (with_again.seconds < with.seconds) with = with_again;
+      const std::string prefix =
+          std::string("lights.").append(to_string(setting)) + (linear ? ".rgb8_linear." : ".rgb8.");
+      print(prefix + "0", without);
+      print(prefix + std::to_string(kLights), with);
+    }
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Result<std::string> path = sim::scene_path(argc > 1 ? argv[1] : "city");
-  if (!path) return std::fprintf(stderr, "%s\n", path.status().message().c_str()), 1;
+  const std::string part = argc > 1 ? argv[1] : "";
+  if (argc > 2 || (!part.empty() && part != "formats" && part != "brackets" && part != "sizes" && part != "lights"))
+    return std::fprintf(stderr, "usage: measure_speed [formats|brackets|sizes|lights]\n"), 2;
+  const Result<std::string> path = sim::scene_path("city");
+  if (!path) fail(path.status());
   Result<sim::Panorama> panorama = sim::load_panorama(*path);
-  if (!panorama) return std::fprintf(stderr, "%s\n", panorama.status().message().c_str()), 1;
+  if (!panorama) fail(panorama.status());
   const sim::Scene scene(std::move(*panorama));
-  for (const Setting setting : {Setting::fast, Setting::balanced, Setting::exact}) {
-    for (const char* rig : {"equirect", "pair"}) {
-      measure::SpeedCase c;
-      c.rig = rig;
-      // An equirectangular picture is twice as wide as high: this one has as many pixels as 1280x960.
-      c.width = std::strcmp(rig, "equirect") == 0 ? 1568 : 1280;
-      c.height = std::strcmp(rig, "equirect") == 0 ? 784 : 960;
-      c.config.setting = setting;
-      const std::string prefix = std::string(to_string(setting)) + "." + rig + ".";
-      c.linear = true;
-      print(prefix + "rgb8_linear", measure_speed(scene, c));
-      c.linear = false;
-      for (const PixelFormat format : {PixelFormat::rgb8, PixelFormat::bayer_rggb8, PixelFormat::nv12, PixelFormat::yuyv}) {
-        c.format = format;
-        print(prefix + std::string(to_string(format)), measure_speed(scene, c));
-      }
-    }
-  }
+  if (part.empty() || part == "formats") formats(scene);
+  if (part.empty() || part == "brackets") brackets(scene);
+  if (part.empty() || part == "sizes") sizes(scene);
+  if (part.empty() || part == "lights") lights();
   return 0;
 }

@@ -19,7 +19,7 @@ constexpr double kMargin = 0.9;
 /// A poorer choice than the last one is taken where it reaches at most this share of the limit.
 constexpr double kRoom = 0.8;
 /// Share of the limit that rounding may take. In quadrature it costs a hundredth of that.
-constexpr double kRoundingShare = 0.15;
+constexpr double kRoundingShare = 0.3;
 /// Bytes of a light, and of what else there is in a message (see proto/README.md, caps and sizes).
 constexpr double kLightBytes = 32, kOtherBytes = 64;
 /// Roughness at which the second limit stands.

@@ -18,9 +18,8 @@ int widest(const RigTable& table) {
 BlockLayout::BlockLayout(const RigTable& table, int edge)
     : edge_(edge), shift_(std::countr_zero(static_cast<unsigned>(edge))) {
   for (const LensTable& lens : table.lenses) {
-    const Lens l{lens.width, lens.height, (lens.width + edge - 1) / edge, (lens.height + edge - 1) / edge, total_, total_rows_};
+    const Lens l{lens.width, lens.height, (lens.width + edge - 1) / edge, (lens.height + edge - 1) / edge, total_};
     total_ += static_cast<std::size_t>(l.columns) * static_cast<std::size_t>(l.rows);
-    total_rows_ += static_cast<std::size_t>(l.rows);
     lenses_.push_back(l);
   }
 }
@@ -63,7 +62,7 @@ CellGrid BlockLayout::make_grid(const RigTable& table) const {
 BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)
     : table_(table), layout_(layout), row_(widest(table)) {
   const auto n = static_cast<std::size_t>(widest(table));
-  r_.resize(n), g_.resize(n), b_.resize(n), peak_.resize(n), low_.resize(n);
+  for (auto* column : {&r_, &g_, &b_, &peak_, &low_, &clipped_}) column->resize(n);
   for (std::size_t block = 0; block < layout.size(); ++block) {
     const BlockLayout::Place p = layout.place(block);
     const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
@@ -91,12 +90,12 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
     const auto width = static_cast<std::size_t>(table.width);
     for (int top = 0; top < table.height; top += edge) {
       const int bottom = std::min(top + edge, table.height);
-      for (auto* column : {&r_, &g_, &b_, &peak_, &low_}) std::fill_n(column->begin(), width, 0.0F);
+      for (auto* column : {&r_, &g_, &b_, &peak_, &low_, &clipped_}) std::fill_n(column->begin(), width, 0.0F);
       double noise = 0;
       for (int y = top; y < bottom; ++y) {
         const RowSpan span = table.rows[static_cast<std::size_t>(y)];
         if (span.first >= span.end) continue;
-        reader.read(lens, y, span.first, span.end, row_, out.counts);
+        reader.read(lens, y, span.first, span.end, RowReader::Reading::with_errors, row_, out.counts);
         const auto first = static_cast<std::size_t>(span.first), n = static_cast<std::size_t>(span.end - span.first);
         const float* __restrict sr = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
         const float* __restrict r = row_.r.data();
@@ -119,16 +118,14 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
         }
         if (row_.certain) continue;
         // Four sums apart: one alone would wait for each addition before the next.
-        float noise4[4] = {}, clipped4[4] = {}, bias4[4] = {};
+        float noise4[4] = {}, bias4[4] = {};
+        float* __restrict clipped = clipped_.data() + first;
         for (std::size_t i = 0; i < n; ++i) {
           noise4[i % 4] += sr[i] * sr[i] * row_.variance[i];
-          clipped4[i % 4] += row_.clipped[i] != 0 ? sr[i] : 0.0F;
+          clipped[i] += row_.clipped[i] != 0 ? sr[i] : 0.0F;
           bias4[i % 4] += sr[i] * row_.bias[i];
         }
         noise += noise4[0] + noise4[1] + noise4[2] + noise4[3];
-        const float clipped = clipped4[0] + clipped4[1] + clipped4[2] + clipped4[3];
-        out.clipped_sr += clipped;
-        if (clipped > 0) out.clipped_row[layout_.row_of(lens, top)] = 1;
         out.bias += bias4[0] + bias4[1] + bias4[2] + bias4[3];
       }
       out.noise += noise;
@@ -136,7 +133,7 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
       for (std::size_t x = 0; x < width; x += static_cast<std::size_t>(edge), ++block) {
         const std::size_t end = std::min(x + static_cast<std::size_t>(edge), width);
         CellSum s;
-        float peak = 0, across = 0, down = 0;
+        float peak = 0, across = 0, down = 0, clipped = 0;
         for (std::size_t i = x; i < end; ++i) {
           s.r += r_[i];
           s.g += g_[i];
@@ -144,12 +141,15 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
           peak = std::max(peak, peak_[i]);
           across += static_cast<float>(i - x) * (0.2126F * r_[i] + 0.7152F * g_[i] + 0.0722F * b_[i]);
           down += low_[i];
+          clipped += clipped_[i];
         }
         const float luminance = s.luminance();
         out.offset_x[block] = luminance > 0 ? across / luminance - middle_x_[block] : 0;
         out.offset_y[block] = luminance > 0 ? down / luminance - middle_y_[block] : 0;
         out.sum[block] = s;
         out.peak[block] = peak;
+        out.clipped[block] = clipped;
+        out.clipped_sr += clipped;
       }
     }
   }

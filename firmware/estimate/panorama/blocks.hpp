@@ -23,11 +23,6 @@ class BlockLayout {
   [[nodiscard]] Place place(std::size_t block) const;
   [[nodiscard]] std::size_t block_of(int lens, int x, int y) const;
   [[nodiscard]] std::size_t size() const { return total_; }
-  /// Rows of blocks, of all lenses one after another.
-  [[nodiscard]] std::size_t row_of(int lens, int y) const {
-    return lenses_[static_cast<std::size_t>(lens)].first_row + static_cast<std::size_t>(y >> shift_);
-  }
-  [[nodiscard]] std::size_t row_count() const { return total_rows_; }
   [[nodiscard]] int edge() const { return edge_; }
   [[nodiscard]] int shift() const { return shift_; }  ///< edge() is 1 << shift().
   [[nodiscard]] int columns(int lens) const { return lenses_[static_cast<std::size_t>(lens)].columns; }
@@ -40,11 +35,11 @@ class BlockLayout {
  private:
   struct Lens {
     int width, height, columns, rows;
-    std::size_t first, first_row;
+    std::size_t first;
   };
   std::vector<Lens> lenses_;
   int edge_, shift_;
-  std::size_t total_ = 0, total_rows_ = 0;
+  std::size_t total_ = 0;
 };
 
 /// What the pass leaves of a bracket.
@@ -61,8 +56,7 @@ struct BlockSums {
   /// Luminance, integrated over solid angle, of blocks where something moved between the exposures: what the block gives
   /// or by how much the exposures differ, whichever is more.
   double moved_light = 0;
-  /// By row of blocks: whether a pixel of it was saturated.
-  std::vector<std::uint8_t> clipped_row;
+  std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
   ReadingCounts counts;
 
   explicit BlockSums(const BlockLayout& layout)
@@ -71,12 +65,12 @@ struct BlockSums {
         offset_x(layout.size()),
         offset_y(layout.size()),
         exposures(layout.size()),
-        clipped_row(layout.row_count()) {}
+        clipped(layout.size()) {}
   /// What is counted over all blocks, not the blocks themselves.
   void clear() {
     clipped_sr = noise = bias = moved_light = 0;
     counts = {};
-    std::fill(clipped_row.begin(), clipped_row.end(), std::uint8_t{0});
+    std::fill(clipped.begin(), clipped.end(), 0.0F);
   }
 };
 
@@ -96,7 +90,7 @@ class BlockPass {
   const RigTable& table_;
   const BlockLayout& layout_;
   LinearRow row_;
-  std::vector<float> r_, g_, b_, peak_, low_;  ///< Per column, over the rows of one row of blocks.
+  std::vector<float> r_, g_, b_, peak_, low_, clipped_;  ///< Per column, over the rows of one row of blocks.
   /// Middle of each block's solid angle, in pixels from the block's corner.
   std::vector<float> middle_x_, middle_y_;
 };

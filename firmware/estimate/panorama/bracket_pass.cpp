@@ -352,7 +352,7 @@ void BracketPass::finish_block(const Chunk& chunk, std::size_t block, std::size_
   out.noise += static_cast<double>(columns_.noise[at]) * unit * unit;
   out.bias += static_cast<double>(columns_.bias[at]) * unit;
   out.clipped_sr += clipped;
-  if (clipped > 0) out.clipped_row[layout_.row_of(chunk.lens, chunk.top)] = 1;
+  out.clipped[block] = clipped;
 }
 
 }  // namespace lightwell::estimate

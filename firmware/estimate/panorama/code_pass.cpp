@@ -389,8 +389,8 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
     const float variance = plan.read2 + plan.shot * std::max(mean[1], 0.0F) + step * step * (1.0F / 12);
     out.noise += static_cast<double>(w.total) * w.total / w.pixels * variance * k * k;
     out.bias += static_cast<double>(w.total) * hidden_light(mean[1], step, plan.cut_noise) * k;
-    out.clipped_sr += static_cast<double>(w.solid_angle) * std::min(1.0F, static_cast<float>(most_clipped) / w.pixels);
-    if (most_clipped > 0) out.clipped_row[layout_.row_of(view.lens, top)] = 1;
+    out.clipped[block] = w.solid_angle * std::min(1.0F, static_cast<float>(most_clipped) / w.pixels);
+    out.clipped_sr += out.clipped[block];
   }
 }
 

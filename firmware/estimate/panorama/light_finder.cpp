@@ -22,7 +22,7 @@ constexpr int kMostRegions = 96;
 /// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
 constexpr float kGlow = 0.1F;
 /// A region whose blocks have more pixels than these is wide: its blocks tell it.
-constexpr std::size_t kCompactPixels = 8192;
+constexpr std::size_t kCompactPixels = 2048;
 /// About the pole of a stitched picture many pixels are a small piece of the sphere: a region is compact too where it is
 /// no larger than these at the equator.
 constexpr double kCompactAtPole = 2048;
@@ -72,7 +72,7 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
   rim_.reserve(4 * kRimmedCore);
   pixel_sr_ = pixel_side(table) * pixel_side(table);
   least_of_twins_ = static_cast<float>(kLeastShare * pixel_sr_);
-  compact_blocks_ = std::max<std::size_t>(16, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
+  compact_blocks_ = std::max<std::size_t>(9, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
   plan_neighbours();
 }
 
@@ -115,7 +115,7 @@ void LightFinder::load(RowReader& reader, std::uint32_t block) {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
   ReadingCounts ignored;  // The pass over all pixels has counted these already.
   for (int y = 0; y < p.height; ++y) {
-    reader.read(p.lens, p.y + y, p.x, p.x + p.width, row_, ignored);
+    reader.read(p.lens, p.y + y, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
     const std::size_t at = static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) +
                            static_cast<std::size_t>(p.x);
     for (int x = 0; x < p.width; ++x) {
@@ -149,7 +149,15 @@ LightFinder::PixelPlace LightFinder::peak_pixel(std::uint32_t block, float& peak
 template <class Visit>
 void LightFinder::for_neighbours(PixelPlace p, Visit&& visit) const {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
+  const bool inside = p.x > 0 && p.y > 0 && p.x + 1 < lens.width && p.y + 1 < lens.height;
   for (int dy = -1; dy <= 1; ++dy) {
+    if (inside) {
+      const PixelId middle = id_of(p.lens, p.x, p.y + dy);
+      visit(PixelPlace{p.lens, p.x - 1, p.y + dy}, middle - 1);
+      if (dy != 0) visit(PixelPlace{p.lens, p.x, p.y + dy}, middle);
+      visit(PixelPlace{p.lens, p.x + 1, p.y + dy}, middle + 1);
+      continue;
+    }
     for (int dx = -1; dx <= 1; ++dx) {
       if (dx == 0 && dy == 0) continue;
       int x = p.x + dx, y = p.y + dy;
@@ -250,18 +258,23 @@ const LightFinder::PixelLight* LightFinder::light_at(RowReader& reader, PixelPla
   return &pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
 }
 
-Vec3d LightFinder::core_direction(RowReader& reader) {
+Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, float dark) {
   Vec3d toward;
   const auto add = [&](const RegionPixel& pixel, float luminance) {
     toward += vec_cast<double>(direction(pixel)) * (static_cast<double>(luminance) * solid_angle(pixel));
   };
   for (const RegionPixel& pixel : region_) add(pixel, pixel.light.luminance);
   if (region_.size() > kRimmedCore) return normalized(toward);
-  // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share.
+  // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share. Blocks that are
+  // dark all over hold none of it and need not be read.
+  const auto is_dark = [&](PixelPlace p) {
+    const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
+    return slot_of_block_[block] < 0 && sums.peak[block] < dark;
+  };
   rim_.clear();
   for (const RegionPixel& pixel : region_)
     for_neighbours(pixel.place, [&](PixelPlace p, PixelId id) {
-      if (claimed_[id] != 0 || rim_.size() == rim_.capacity()) return;
+      if (claimed_[id] != 0 || rim_.size() == rim_.capacity() || is_dark(p)) return;
       const PixelLight* light = light_at(reader, p);
       if (light == nullptr) return;
       claimed_[id] = kRim;
@@ -270,6 +283,10 @@ Vec3d LightFinder::core_direction(RowReader& reader) {
   for (const RegionPixel& pixel : rim_) {
     float beside = pixel.light.luminance;
     for_neighbours(pixel.place, [&](PixelPlace p, PixelId id) {
+      if (is_dark(p)) {
+        beside = std::min(beside, sums.peak[layout_.block_of(p.lens, p.x, p.y)]);
+        return;
+      }
       const PixelLight* light = light_at(reader, p);
       if (light != nullptr && solid_angle({p, id, *light}) > 0) beside = std::min(beside, light->luminance);
     });
@@ -358,7 +375,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
     grow(reader, RegionPart::core, 0.5F * peak, {}, -2);
     const std::size_t core = region_.size();
-    axis = core_direction(reader);
+    axis = core_direction(reader, sums, skirt);
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
     for (std::size_t k = 0; k < core; ++k) core_sr += solid_angle(region_[k]);
@@ -367,11 +384,14 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     const int shared = reader.pixels_per_color();
     const double samples = std::max(1.0, static_cast<double>(core) / shared);
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
-    grow(reader, RegionPart::skirt, skirt, vec_cast<float>(axis), kCosReach);
     (void)flood(sums, grid, block, skirt, kCosReach);
     if (is_compact(grid)) {
       grow(reader, RegionPart::skirt, skirt, vec_cast<float>(axis), kCosReach);
     } else {
+      // Pixel by pixel where the core's blocks are, by whole blocks beyond.
+      (void)flood(sums, grid, block, 0.5F * peak, -2);
+      grow(reader, RegionPart::skirt, skirt, vec_cast<float>(axis), kCosReach);
+      (void)flood(sums, grid, block, skirt, kCosReach);
       gather_blocks(sums, grid, skirt, axis, all);
     }
   } else {

@@ -67,7 +67,6 @@ class PanoramaEstimator final : public Estimator {
       : rig_(rig),
         table_(std::move(table)),
         reader_(rig_, table_),
-        clipped_finder_(table_),
         config_(options.config),
         pixel_rad_(pixel_side(table_)),
         probe_id_(options.probe_id),
@@ -133,7 +132,6 @@ class PanoramaEstimator final : public Estimator {
   RigParameters rig_;
   RigTable table_;
   RowReader reader_;
-  ClippedLights clipped_finder_;
   std::unique_ptr<Stage> exact_, balanced_, fast_;
   std::array<std::optional<EnvironmentMapper>, 3> mappers_;  ///< Of exact_, balanced_, fast_.
   const std::optional<EnvironmentMapper>* last_mapper_ = nullptr;
@@ -286,7 +284,7 @@ void PanoramaEstimator::find_errors(const Stage& stage, Descriptor& out) {
 void PanoramaEstimator::find_clipped(const Stage& stage) {
   clipped_tracks_.clear();
   if (!(stage.sums().clipped_sr > 0)) return;
-  clipped_finder_.find(reader_, stage.layout(), stage.sums(), seen_.lights, clipped_tracks_);
+  find_clipped_lights(stage.sums(), stage.grid(), seen_.lights, clipped_tracks_);
   // Only what is sent as a light of its own can be made stronger.
   if (!clipped_tracks_.empty())
     for (std::size_t k = seen_.lights.size(); k-- > 0;)

@@ -215,7 +215,7 @@ int RowReader::pixels_per_color() const {
   return 4;
 }
 
-void RowReader::read(int lens, int y, int first, int end, LinearRow& out, ReadingCounts& counts) {
+void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadingCounts& counts) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto at = static_cast<std::size_t>(lens);
   const LensTable& table = table_.lenses[at];
@@ -262,6 +262,8 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
       const float scale = k * white[c];
       for (std::size_t i = 0; i < n; ++i) l[i] = x[i] * scale * brighten[i];
     }
+    std::copy_n(saturated_.begin(), n, out.clipped.begin());
+    if (what == Reading::radiance) return;
     const float* __restrict green = x_[1].data();
     const float* __restrict step = step_.data();
     float* __restrict variance = out.variance.data();
@@ -270,7 +272,6 @@ void RowReader::read(int lens, int y, int first, int end, LinearRow& out, Readin
       variance[i] = v * (k * brighten[i]) * (k * brighten[i]);
       out.bias[i] = hidden_light(green[i], step[i], cut_noise) * k * brighten[i];
     }
-    std::copy_n(saturated_.begin(), n, out.clipped.begin());
   } else {
     for (int c = 0; c < 3; ++c) std::fill_n(radiance[c], n, 0.0F);
     std::fill_n(weight_.begin(), n, 0.0F);

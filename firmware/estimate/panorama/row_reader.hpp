@@ -38,6 +38,9 @@ struct ReadingCounts {
 /// Reads brackets of one rig, one after another.
 class RowReader {
  public:
+  /// What read() fills: radiance and clipped alone, or variance and bias too.
+  enum class Reading { radiance, with_errors };
+
   explicit RowReader(const RigParameters& rig, const RigTable& table);
 
   /// invalid_argument where the frames do not fit the rig or each other. The frames must stay until the next bind().
@@ -56,7 +59,7 @@ class RowReader {
 
   /// Pixels [first, end) of row y of a lens into entries 0 to end - first of `out`. Several exposures are merged by the
   /// inverse of each one's variance of radiance (read and shot noise, rounding); saturated values have no weight.
-  void read(int lens, int y, int first, int end, LinearRow& out, ReadingCounts& counts);
+  void read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadingCounts& counts);
 
  private:
   /// By picture value of one depth.

@@ -105,12 +105,13 @@ void Stage::row_profile(int lens, std::vector<float>& out) const {
   const int height = table_.lenses[static_cast<std::size_t>(lens)].height, columns = layout_.columns(lens);
   for (int top = 0; top < height; top += layout_.edge()) {
     const std::size_t first = layout_.block_of(lens, 0, top);
-    float luminance = 0, solid_angle = 0;
+    float luminance = 0, solid_angle = 0, clipped = 0;
     for (std::size_t block = first; block < first + static_cast<std::size_t>(columns); ++block) {
       luminance += sums_.sum[block].luminance();
       solid_angle += grid_.solid_angle(block);
+      clipped += sums_.clipped[block];
     }
-    const bool tells = solid_angle > 0 && sums_.clipped_row[layout_.row_of(lens, top)] == 0;
+    const bool tells = solid_angle > 0 && clipped == 0;
     out.push_back(tells ? luminance / solid_angle : std::numeric_limits<float>::quiet_NaN());
   }
 }

@@ -125,7 +125,7 @@ bool same(const BlockSums& a, const BlockSums& b) {
   const auto equal = [](const CellSum& x, const CellSum& y) { return x.r == y.r && x.g == y.g && x.b == y.b; };
   return std::equal(a.sum.begin(), a.sum.end(), b.sum.begin(), equal) && a.peak == b.peak && a.offset_x == b.offset_x &&
          a.offset_y == b.offset_y && a.noise == b.noise && a.bias == b.bias && a.clipped_sr == b.clipped_sr &&
-         a.clipped_row == b.clipped_row;
+         a.clipped == b.clipped;
 }
 
 class EveryFormat : public testing::TestWithParam<PixelFormat> {

@@ -1,0 +1,136 @@
+// Three balls lit by descriptors of the real panoramas, against the same lit by the panoramas themselves: prints one
+// JSON object a panorama, ball and answer for tests/figures. What is compared and how: three_balls.hpp.
+//   answer "irradiance"    the descriptor as it comes, as rich as irradiance needs
+//   answer "reflections"   with an environment map of 32x32 and lights and bands as rich as glossy surfaces need
+// Of each: rmse, si_rmse, angular_deg in linear light, and *_published by the literature's protocol; bytes.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include <lightwell/cap.hpp>
+#include <lightwell/codec.hpp>
+#include <lightwell/lighting.hpp>
+
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/panorama_truth.hpp"
+#include "measure/shots.hpp"
+#include "measure/three_balls.hpp"
+#include "sim/panorama.hpp"
+#include "sim/rigs.hpp"
+
+namespace {
+
+using namespace lightwell;
+namespace ref = reference;
+
+constexpr int kViewSize = 64;
+constexpr int kMapEdge = 32;
+constexpr double kRadianceEpsilon = 0.01;
+/// A light that is looked at in a mirror is drawn no smaller than a pixel of the view.
+constexpr double kSmallestDiscRad = 0.02;
+
+[[noreturn]] void fail(const Status& s) {
+  std::fprintf(stderr, "measure_balls: %s\n", s.message().c_str());
+  std::exit(1);
+}
+
+ref::Rgb rgb(const auto& v) { return {v.r, v.g, v.b}; }
+Vec3f vec(const ref::V3& d) { return vec_cast<float>(Vec3d{d.x, d.y, d.z}); }
+
+/// Lights as whoever looks into a mirror sees them.
+ref::Rgb discs(std::span<const Light> lights, const ref::V3& d) {
+  ref::Rgb sum{};
+  for (const Light& l : lights) {
+    const double rho = std::max(kSmallestDiscRad, static_cast<double>(l.angular_radius_rad));
+    if (ref::dot({l.direction.x, l.direction.y, l.direction.z}, d) < std::cos(rho)) continue;
+    for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += l.irradiance[c] / cap_vector_irradiance(rho);
+  }
+  return sum;
+}
+
+struct Delivered {
+  Lighting lighting;
+  std::size_t bytes;
+};
+
+Delivered deliver(const RigParameters& rig, const measure::Shot& shot, const EstimatorConfig& config) {
+  PanoramaOptions options;
+  options.config = config;
+  auto estimator = make_panorama_estimator(rig, options);
+  if (!estimator) fail(estimator.status());
+  Descriptor made;
+  if (const Status s = (*estimator)->estimate(shot.frames, made); !s.ok()) fail(s);
+  made.time.encoded_after = Duration{measure::kEncodedAfterNs};
+  Encoder encoder;
+  const auto bytes = encoder.encode(made);
+  if (!bytes) fail(bytes.status());
+  Result<Descriptor> back = decode_descriptor(*bytes);
+  if (!back) fail(back.status());
+  return {Lighting::of(std::move(*back)), bytes->size()};
+}
+
+}  // namespace
+
+int main() {
+  const Result<std::vector<std::string>> paths = measure::all_panoramas();
+  if (!paths) fail(paths.status());
+  const RigParameters rig = *sim::make_rig("pair", 640, 480, PixelFormat::rgb_f32);
+  measure::Camera camera(rig, PixelFormat::rgb_f32);
+  const measure::BallView view(kViewSize);
+  for (const std::string& path : *paths) {
+    const Result<measure::PanoramaTruth> truth = measure::load_panorama_truth(path);
+    if (!truth) fail(truth.status());
+    Result<sim::Panorama> panorama = sim::load_panorama(path);
+    if (!panorama) fail(panorama.status());
+    const sim::Scene scene(std::move(*panorama));
+    const double second[] = {1};
+    const measure::Shot shot = camera.develop(camera.render(scene, scene.state_at(0)), second, 0);
+    const measure::BallPictures linear = measure::ball_pictures(view, truth->sums);
+    const measure::BallPictures published =
+        measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(truth->sums.panorama())));
+    const double exposure = measure::exposure(truth->sums.panorama());
+
+    for (const bool reflections : {false, true}) {
+      EstimatorConfig config;
+      if (reflections) {
+        config.environment_edge = kMapEdge;
+        config.radiance_epsilon = kRadianceEpsilon;
+      }
+      const Delivered answer = deliver(rig, shot, config);
+      const Lighting& light = answer.lighting;
+      const measure::BallPictures ours = measure::ball_pictures(
+          view, [&](const ref::V3& n) { return rgb(light.irradiance(vec(n)).value); },
+          [&](const ref::V3& d, double roughness) {
+            ref::Rgb v = rgb(light.radiance(vec(d), static_cast<float>(roughness)).value);
+            if (roughness == 0) {
+              const ref::Rgb lamps = discs(light.lights(), d);
+              for (std::size_t c = 0; c < 3; ++c) v[c] += lamps[c];
+            }
+            return v;
+          });
+      std::vector<measure::CapLight> caps;
+      for (const Light& l : light.lights())
+        caps.push_back({{l.direction.x, l.direction.y, l.direction.z}, l.angular_radius_rad, rgb(l.irradiance)});
+      const ref::Panorama environment =
+          measure::answer_environment([&](const ref::V3& d) { return rgb(light.radiance(vec(d), 0).value); }, caps);
+      const measure::BallPictures ours_published =
+          measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(environment)));
+      for (const measure::Ball ball : measure::kBalls) {
+        const auto b = static_cast<std::size_t>(ball);
+        const measure::BallError e = measure::ball_error(linear[b], ours[b], exposure);
+        const measure::BallError p = measure::ball_error(published[b], ours_published[b], 1);
+        std::printf(
+            "{\"scene\": \"%s\", \"ball\": \"%s\", \"answer\": \"%s\", \"rmse\": %.5g, \"si_rmse\": %.5g, "
+            "\"angular_deg\": %.5g, "
+            "\"truth_rms\": %.5g, \"rmse_published\": %.5g, \"si_rmse_published\": %.5g, \"angular_deg_published\": "
+            "%.5g, "
+            "\"bytes\": %zu}\n",
+            truth->name.c_str(), std::string(measure::ball_name(ball)).c_str(),
+            reflections ? "reflections" : "irradiance", e.rmse, e.si_rmse, e.angular_deg, e.truth_rms, p.rmse,
+            p.si_rmse, p.angular_deg, answer.bytes);
+      }
+      std::fflush(stdout);
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,171 @@
+// The bound against the truth, over a run of frames in every real panorama: prints one JSON object a scene and sensor
+// for tests/figures, and one of all scenes a sensor.
+//   measure_bound [--frames N]     of each of the 26 panoramas; 40 where not said
+// The probe turns by 30 degrees a second and the lamps switch every second, as in topic skeleton's run; smoothing is
+// on, so that what it leaves out counts. Sensors: ideal, and rgb8, nv12 and bayer_rggb8 with noise, vignetting and
+// three exposures of one moment. A bound that is infinite is flagged; such frames count neither as held nor as missed.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <numbers>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/query.hpp>
+
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/panorama_truth.hpp"
+#include "measure/shots.hpp"
+#include "sim/panorama.hpp"
+#include "sim/rigs.hpp"
+
+namespace {
+
+using namespace lightwell;
+namespace ref = reference;
+
+constexpr PixelFormat kSensors[] = {PixelFormat::rgb_f32, PixelFormat::rgb8, PixelFormat::nv12,
+                                    PixelFormat::bayer_rggb8};
+constexpr double kTurnRadPerS = 30 * std::numbers::pi / 180;
+constexpr std::uint64_t kSwitchFrames = 30;
+
+[[noreturn]] void fail(const Status& s) {
+  std::fprintf(stderr, "measure_bound: %s\n", s.message().c_str());
+  std::exit(1);
+}
+
+struct Run {
+  int frames = 0, flagged = 0, held = 0;
+  double worst_error = 0;
+  std::vector<double> errors, ratios;  ///< Of frames that were not flagged; bound by error.
+
+  void add(double error, double bound) {
+    ++frames;
+    if (!std::isfinite(bound)) {
+      ++flagged;
+      return;
+    }
+    held += error <= bound ? 1 : 0;
+    worst_error = std::max(worst_error, error);
+    errors.push_back(error);
+    ratios.push_back(error > 0 ? bound / error : 1e9);
+  }
+  void add(const Run& other) {
+    frames += other.frames;
+    flagged += other.flagged;
+    held += other.held;
+    worst_error = std::max(worst_error, other.worst_error);
+    errors.insert(errors.end(), other.errors.begin(), other.errors.end());
+    ratios.insert(ratios.end(), other.ratios.begin(), other.ratios.end());
+  }
+};
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return std::nan("");
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+void number(const char* name, double value) {
+  if (std::isfinite(value))
+    std::printf(", \"%s\": %.5g", name, value);
+  else
+    std::printf(", \"%s\": null", name);
+}
+
+void print(const std::string& scene, PixelFormat format, const Run& run) {
+  std::printf("{\"scene\": \"%s\", \"sensor\": \"%s\", \"frames\": %d, \"flagged\": %d, \"held\": %d", scene.c_str(),
+              std::string(to_string(format)).c_str(), run.frames, run.flagged, run.held);
+  number("median_error", quantile(run.errors, 0.5));
+  number("worst_error", run.worst_error);
+  number("median_ratio", quantile(run.ratios, 0.5));
+  number("least_ratio", quantile(run.ratios, 0));
+  std::printf("}\n");
+  std::fflush(stdout);
+}
+
+/// The panorama as it is with its lamps in this state.
+measure::PanoramaTruth truth_of(const sim::Panorama& p) {
+  return measure::panorama_truth("", {p.width, p.height, {p.rgb.begin(), p.rgb.end()}});
+}
+
+Descriptor delivered(Estimator& estimator, const measure::Shot& shot) {
+  Descriptor made;
+  if (const Status s = estimator.estimate(shot.frames, made); !s.ok()) fail(s);
+  made.time.encoded_after = Duration{measure::kEncodedAfterNs};
+  Encoder encoder;
+  const auto bytes = encoder.encode(made);
+  if (!bytes) fail(bytes.status());
+  Result<Descriptor> back = decode_descriptor(*bytes);
+  if (!back) fail(back.status());
+  return std::move(*back);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int frames = 40;
+  if (argc == 3 && std::strcmp(argv[1], "--frames") == 0) frames = std::atoi(argv[2]);
+  if ((argc != 1 && argc != 3) || frames < 1) return std::fprintf(stderr, "usage: measure_bound [--frames N]\n"), 2;
+  const Result<std::vector<std::string>> paths = measure::all_panoramas();
+  if (!paths) fail(paths.status());
+
+  struct Probe {
+    measure::Camera camera;
+    std::unique_ptr<Estimator> estimator{};
+    std::vector<double> exposures{};
+    Run run{};
+  };
+  std::vector<Probe> probes;
+  for (const PixelFormat format : kSensors)
+    probes.push_back({measure::Camera(*sim::make_rig("pair", 640, 480, format), format)});
+  std::map<PixelFormat, Run> whole;
+  for (const std::string& path : *paths) {
+    Result<sim::Panorama> panorama = sim::load_panorama(path);
+    if (!panorama) fail(panorama.status());
+    sim::Motion motion;
+    motion.turn_rad_per_s = kTurnRadPerS;
+    motion.cycle_frames = 4096;  // Longer than any run: it never turns back.
+    motion.switch_period_frames = kSwitchFrames;
+    const sim::Scene scene(std::move(*panorama), motion);
+    sim::SceneState off = scene.state_at(0);
+    off.lamp_factor = motion.off_factor;
+    const measure::PanoramaTruth lit = truth_of(scene.panorama(scene.state_at(0))),
+                                 unlit = truth_of(scene.panorama(off));
+
+    // One bracket for the whole run, which no pixel can exceed wherever the probe turns.
+    const sim::Panorama& bright = scene.panorama(scene.state_at(0));
+    const double peak = measure::peak_of(bright.rgb), mean = sim::mean_luminance(bright);
+    for (Probe& probe : probes) {
+      auto estimator = make_panorama_estimator(probe.camera.rig(), {});
+      if (!estimator) fail(estimator.status());
+      probe.estimator = std::move(*estimator);
+      probe.exposures = probe.camera.bracket_of_three(peak, mean);
+      probe.run = {};
+    }
+    for (int i = 0; i < frames; ++i) {
+      const auto index = static_cast<std::uint64_t>(i);
+      const sim::SceneState state = scene.state_at(index);
+      const measure::LensRadiance radiance = probes.front().camera.render(scene, state);
+      const measure::PanoramaTruth& truth = state.lamp_factor < 1 ? unlit : lit;
+      const Quat to_probe = state.rotation_world_probe.inverse();
+      for (Probe& probe : probes) {
+        const Descriptor d = delivered(*probe.estimator, probe.camera.develop(radiance, probe.exposures, index));
+        const ref::IrradianceError e = measure::irradiance_error(truth, [&](const ref::V3& n) {
+          const Irradiance v = irradiance_at(d, vec_cast<float>(rotate(to_probe, Vec3d{n.x, n.y, n.z})));
+          return ref::Rgb{v.r, v.g, v.b};
+        });
+        probe.run.add(std::max(e.rms, e.luminance_weighted), d.bound.total);
+      }
+    }
+    const std::size_t slash = path.rfind('/') + 1;
+    for (const Probe& probe : probes) {
+      print(path.substr(slash, path.rfind('.') - slash), probe.camera.format(), probe.run);
+      whole[probe.camera.format()].add(probe.run);
+    }
+  }
+  for (const auto& [format, run] : whole) print("all", format, run);
+  return 0;
+}

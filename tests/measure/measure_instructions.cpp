@@ -1,0 +1,69 @@
+// A program to be counted (tests/measure/count_instructions): N frames at `fast`, RGB8 of linear response, from frame
+// to encoded descriptor. What is done once (scene, tables, first frame) is done alike for any N.
+//   measure_instructions --frames N [single|equirect]     one lens of 1280x960; a whole sphere of 1568x784
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include <lightwell/codec.hpp>
+
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "sim/panorama.hpp"
+#include "sim/render.hpp"
+#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+/// As in measure_speed.
+constexpr double kExposure = 1e-3;
+
+[[noreturn]] void fail(const Status& s) {
+  std::fprintf(stderr, "measure_instructions: %s\n", s.message().c_str());
+  std::exit(1);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool sphere = argc == 4 && std::strcmp(argv[3], "equirect") == 0;
+  if (argc < 3 || argc > 4 || std::strcmp(argv[1], "--frames") != 0 ||
+      (argc == 4 && !sphere && std::strcmp(argv[3], "single") != 0))
+    return std::fprintf(stderr, "usage: measure_instructions --frames N [single|equirect]\n"), 2;
+  const int frames = std::atoi(argv[2]);
+  const Result<std::string> path = sim::scene_path("city");
+  if (!path) fail(path.status());
+  Result<sim::Panorama> panorama = sim::load_panorama(*path);
+  if (!panorama) fail(panorama.status());
+  const sim::Scene scene(std::move(*panorama));
+
+  RigParameters rig =
+      *sim::make_rig(sphere ? "equirect" : "single", sphere ? 1568 : 1280, sphere ? 784 : 960, PixelFormat::rgb8);
+  LensParameters& lens = rig.lenses.front();
+  lens.photometry.response.kind = ResponseCurve::Kind::linear;
+  const sim::Sensor sensor(lens, sim::sensor_of(rig, PixelFormat::rgb8, 1));
+  std::vector<std::byte> pixels(sensor.bytes());
+  sensor.develop(sim::render_radiance(scene, scene.state_at(0), lens), {kExposure, 1, 0, 0}, pixels);
+
+  PanoramaOptions options;
+  options.config.setting = Setting::fast;
+  auto estimator = make_panorama_estimator(rig, options);
+  if (!estimator) fail(estimator.status());
+  Frame frame;
+  frame.info.exposure_s = kExposure;
+  frame.add_view({0, PixelFormat::rgb8, lens.width, lens.height, sensor.stride(), pixels});
+  Encoder encoder;
+  Descriptor d;
+  for (int i = 0; i < frames; ++i) {
+    frame.info.sequence = static_cast<std::uint64_t>(i);
+    frame.info.mid_exposure = {static_cast<std::int64_t>(i + 1) * 33'000'000};
+    frame.info.delivered = frame.info.mid_exposure;
+    if (const Status s = (*estimator)->estimate({&frame, 1}, d); !s.ok()) fail(s);
+    if (const auto bytes = encoder.encode(d); !bytes) fail(bytes.status());
+  }
+  std::printf("%d frames of %dx%d, %zu lights\n", frames, lens.width, lens.height, d.lights.size());
+  return 0;
+}
