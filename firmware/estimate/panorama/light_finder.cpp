@@ -258,7 +258,7 @@ const LightFinder::PixelLight* LightFinder::light_at(RowReader& reader, PixelPla
   return &pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
 }
 
-Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, float dark) {
+Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, float peak, float dark) {
   Vec3d toward;
   const auto add = [&](const RegionPixel& pixel, float luminance) {
     toward += vec_cast<double>(direction(pixel)) * (static_cast<double>(luminance) * solid_angle(pixel));
@@ -290,7 +290,7 @@ Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, floa
       const PixelLight* light = light_at(reader, p);
       if (light != nullptr && solid_angle({p, id, *light}) > 0) beside = std::min(beside, light->luminance);
     });
-    add(pixel, pixel.light.luminance - beside);
+    if (beside < 0.1F * peak) add(pixel, pixel.light.luminance - beside);
   }
   for (const RegionPixel& pixel : rim_) claimed_[pixel.id] = 0;
   return normalized(toward);
@@ -375,7 +375,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
     grow(reader, RegionPart::core, 0.5F * peak, {}, -2);
     const std::size_t core = region_.size();
-    axis = core_direction(reader, sums, skirt);
+    axis = core_direction(reader, sums, peak, skirt);
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
     for (std::size_t k = 0; k < core; ++k) core_sr += solid_angle(region_[k]);

@@ -87,7 +87,7 @@ class LightFinder {
   /// Null where no room is left to read its block.
   [[nodiscard]] const PixelLight* light_at(RowReader& reader, PixelPlace place);
   /// Centroid of the region as it is a core alone; zero where it is dark. Blocks without a pixel of `dark` are not read.
-  [[nodiscard]] Vec3d core_direction(RowReader& reader, const BlockSums& sums, float dark);
+  [[nodiscard]] Vec3d core_direction(RowReader& reader, const BlockSums& sums, float peak, float dark);
   /// Whether flood_ is few enough pixels, or small enough, to be walked pixel by pixel.
   [[nodiscard]] bool is_compact(const CellGrid& grid) const;
   /// Whole blocks of flood_ that are bright all over, about `axis`.
