@@ -1,6 +1,8 @@
 // Keeps a lamp's track number from descriptor to descriptor.
 #pragma once
 
+#include <compare>
+#include <cstdint>
 #include <lightwell/descriptor.hpp>
 #include <span>
 #include <vector>
@@ -21,15 +23,23 @@ class LightTracker {
   struct Known {
     Vec3f direction;
     Vec3f step;           ///< From one frame to the next.
+    Vec3f expected;       ///< Where its motion takes it.
     float luminance = 0;  ///< Of its irradiance, over the last frames.
     std::uint32_t track = 0;
     int unseen_for = 0;
     bool taken = false;
   };
-  /// Of taking `light` for `known`; infinite where they are too far apart.
+  /// A known light and one of this frame that are near enough to be the same.
+  struct Pair {
+    float misfit;
+    std::uint32_t light, known;
+    friend auto operator<=>(const Pair&, const Pair&) = default;
+  };
+  /// Of taking `light` for `known`.
   [[nodiscard]] static float misfit(const Known& known, const Light& light);
 
   std::vector<Known> known_;
+  std::vector<Pair> pairs_;
   std::uint32_t next_ = 1;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <lightwell/cap.hpp>
 #include <numbers>
 
@@ -195,13 +196,19 @@ double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint
   flood_.assign(1, block);
   flood_mark_[block] = flood_number_;
   const Vec3f axis = grid.direction(block);
-  double luminance = 0;
+  double luminance = 0, sr = 0, beside = std::numeric_limits<double>::infinity();
   for (std::size_t next = 0; next < flood_.size(); ++next) {
     const std::uint32_t at = flood_[next];
     luminance += std::max(0.0F, sums.sum[at].luminance());
+    sr += grid.solid_angle(at);
     for (std::uint32_t i = beside_first_[at]; i < beside_first_[at + 1]; ++i) {
       const std::uint32_t other = beside_[i];
-      if (flood_mark_[other] == flood_number_ || !(sums.peak[other] >= floor)) continue;
+      if (flood_mark_[other] == flood_number_) continue;
+      if (!(sums.peak[other] >= floor)) {
+        if (grid.solid_angle(other) > 0)
+          beside = std::min(beside, std::max(0.0, static_cast<double>(sums.sum[other].luminance()) / grid.solid_angle(other)));
+        continue;
+      }
       if (owner_[other] != 0) {
         if (parent_ == 0 || region_irradiance_[owner_[other]] > region_irradiance_[parent_]) parent_ = owner_[other];
         continue;
@@ -211,7 +218,7 @@ double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint
       flood_.push_back(other);
     }
   }
-  return luminance;
+  return std::isfinite(beside) ? std::max(0.0, luminance - beside * sr) : luminance;
 }
 
 void LightFinder::grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach) {
@@ -449,8 +456,12 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
 
     parent_ = 0;
     const float skirt = std::max(kSkirt * c.peak, kSkirtOverMean * mean_luminance);
-    // All that could be of this light, and more: where even that is too faint, no pixel need be looked at.
-    if (!first_region && flood(sums, grid, c.block, skirt, kCosReach) < faintest) continue;
+    // What the blocks that it may reach hold over their surroundings: where even that is too faint, or fainter than all
+    // that have found room, no pixel need be looked at.
+    if (!first_region) {
+      const double about = flood(sums, grid, c.block, skirt, kCosReach);
+      if (about < faintest || (lights.size() >= most && about < lights.back().irradiance.luminance())) continue;
+    }
 
     (void)flood(sums, grid, c.block, 0.5F * c.peak, -2);
     bool compact = is_compact(grid);

@@ -74,7 +74,7 @@ class LightFinder {
   template <class Visit>
   void for_neighbours(PixelPlace p, Visit&& visit) const;
   /// Fills flood_ with the blocks connected to `block` (itself first) whose peak is at least `floor`, within cos_reach
-  /// of it; stops at kMostFlood. Returns their luminance together.
+  /// of it; stops at kMostFlood. Returns their luminance together, over that of the darkest block around them.
   double flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, float cos_reach);
   void claim(PixelPlace place, PixelId id, const PixelLight& light);
   /// Adds to the region all that is connected to it, at least `floor` bright and within `cos_reach` of `axis`.
