@@ -115,8 +115,8 @@ TEST(PanoramaEstimator, TurningTheRigTurnsTheAnswer) {
     // q takes world to probe: the probe sees at d what the world has at q^-1 d.
     const Descriptor turned = estimated(*estimator, picture_of(rig, [&](Vec3d d) { return scene(rotate(q.inverse(), d)); }));
     ASSERT_FALSE(turned.lights.empty());
-    // A quarter of this rig's pixel of one degree: pixels at half the peak fall in or out as the grid lies.
-    EXPECT_LT(degrees_between(turned.lights[0].direction, rotate(q, vec_cast<double>(still.lights[0].direction))), 0.25);
+    // Three tenths of this rig's pixel of one degree: pixels at half the peak of a glow fall in or out as the grid lies.
+    EXPECT_LT(degrees_between(turned.lights[0].direction, rotate(q, vec_cast<double>(still.lights[0].direction))), 0.3);
     const double error = error_of(turned, [&](Vec3d n) {
       return irradiance_at(still, vec_cast<float>(rotate(q.inverse(), n)));
     });
