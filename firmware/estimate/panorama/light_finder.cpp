@@ -33,11 +33,20 @@ constexpr std::size_t kRimmedCore = 256;
 /// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees but
 /// a part of itself: the other lens tells it.
 constexpr double kLeastShare = 0.1;
+/// How much of a light that is one sample of colour may be wrong, one deviation: how much of the sample it covers is
+/// anything from nothing to all, which deviates by 0.29 of it, and three channels share that.
+constexpr double kEdgeDoubt = 0.2;
 constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions are numbered up to kMostRegions.
 constexpr std::size_t kMostFlood = 4096;
 constexpr std::size_t kMostParts = 65536;
 constexpr std::size_t kMostSlots = 2048;
 constexpr std::size_t kMostRegionPixels = 400'000;
+
+/// Of the light of a disc that is `samples` samples of colour large, what those on its edge may get wrong together where
+/// one may be all wrong: 2 sqrt(pi n) of n are there, and their errors add up like noise.
+double at_the_edge(double samples) {
+  return std::min(1.0, std::sqrt(2 * std::sqrt(std::numbers::pi)) * std::pow(std::max(samples, 1e-9), -0.75));
+}
 
 int widest(const RigTable& table) {
   int w = 0;
@@ -311,6 +320,22 @@ bool LightFinder::is_compact(const CellGrid& grid) const {
   return sr <= kCompactAtPole * pixel_sr_;
 }
 
+double LightFinder::wrong_at_edge(const RowReader& reader, const BlockSums& sums, const Gathered& light) const {
+  const auto luminance = [](const double (&c)[3]) {
+    return kLuminanceWeights[0] * c[0] + kLuminanceWeights[1] * c[1] + kLuminanceWeights[2] * c[2];
+  };
+  const double own = luminance(light.irradiance);
+  if (!reader.has_luma()) return own;
+  // Luma is each pixel's own: only what differs in colour from the light around comes out wrong.
+  double all[3] = {};
+  for (const CellSum& s : sums.sum) all[0] += s.r, all[1] += s.g, all[2] += s.b;
+  const double around = luminance(all);
+  double wrong = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    wrong = std::max(wrong, std::abs(light.irradiance[k] - (around > 0 ? own * all[k] / around : 0)));
+  return wrong;
+}
+
 void LightFinder::note(std::uint32_t block, const CellSum& light) {
   if (parts_.empty() || parts_.back().block != block || parts_.back().region != number_) {
     if (parts_.size() == parts_.capacity()) return;
@@ -373,6 +398,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
   Gathered all;
   Vec3d axis;
   double variance = 0;
+  std::size_t core = 0;
   if (compact) {
     const auto edge = static_cast<std::size_t>(layout_.edge());
     const auto slot = static_cast<std::size_t>(slot_of_block_[block]);
@@ -381,7 +407,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
           pool_[(slot * edge + static_cast<std::size_t>(peak_at.y - p.y)) * edge + static_cast<std::size_t>(peak_at.x - p.x)]);
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
     grow(reader, RegionPart::core, 0.5F * peak, {}, -2);
-    const std::size_t core = region_.size();
+    core = region_.size();
     axis = core_direction(reader, sums, peak, skirt);
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
@@ -416,6 +442,8 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     variance = grid.solid_angle(block) * 0.01;
   }
   gather_pixels(axis, all);
+  if (const int shared = reader.pixels_per_color(); compact && shared > 1)
+    doubt2_ += std::pow(kEdgeDoubt * at_the_edge(static_cast<double>(core) / shared) * wrong_at_edge(reader, sums, all), 2);
   out.direction = vec_cast<float>(axis);
   out.irradiance = {static_cast<float>(all.irradiance[0]), static_cast<float>(all.irradiance[1]),
                     static_cast<float>(all.irradiance[2])};
@@ -436,6 +464,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
   parts_.clear();
   region_of_light_.clear();
   lights.clear();
+  doubt2_ = 0;
   if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return -1;
 
   const auto floor = static_cast<float>(config.light_threshold) * mean_luminance;

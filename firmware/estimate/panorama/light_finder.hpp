@@ -10,6 +10,7 @@
 // compact one is walked pixel by pixel; a wide one (a sky, a lit wall) is told well enough by the moments of its blocks.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <lightwell/config.hpp>
 #include <lightwell/descriptor.hpp>
@@ -32,6 +33,10 @@ class LightFinder {
   /// where that is too wide to be a light.
   int find(RowReader& reader, const BlockSums& sums, const CellGrid& grid, float mean_luminance,
             const EstimatorConfig& config, std::vector<Light>& lights);
+
+  /// After find(): how much of the lights' irradiance, summed as luminance, may be wrong where pixels share their colour:
+  /// those at the edge of a light have that of what is beside it.
+  [[nodiscard]] double doubt() const { return std::sqrt(doubt2_); }
 
   /// After find(): takes the light of lights[k], as find() left them, out of the blocks that it came from.
   void take_out(std::size_t k, std::span<CellSum> sums) const;
@@ -93,6 +98,8 @@ class LightFinder {
   /// Whole blocks of flood_ that are bright all over, about `axis`.
   void gather_blocks(const BlockSums& sums, const CellGrid& grid, float floor, Vec3d axis, Gathered& out);
   void gather_pixels(Vec3d axis, Gathered& out);
+  /// Irradiance of a light of one sample of colour that may be another's.
+  [[nodiscard]] double wrong_at_edge(const RowReader& reader, const BlockSums& sums, const Gathered& light) const;
   void note(std::uint32_t block, const CellSum& light);
   [[nodiscard]] Light region_light(RowReader& reader, const BlockSums& sums, const CellGrid& grid, std::uint32_t block,
                                    PixelPlace peak_at, float peak, float skirt, bool compact);
@@ -112,6 +119,7 @@ class LightFinder {
   std::vector<std::uint8_t> region_of_light_;
   std::vector<RegionPixel> region_, rim_;
   std::vector<PixelId> all_claimed_;
+  double doubt2_ = 0;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> flood_, flood_mark_;
   std::uint32_t flood_number_ = 0;

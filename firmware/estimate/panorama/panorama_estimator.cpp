@@ -278,7 +278,7 @@ void PanoramaEstimator::find_errors(const Stage& stage, Descriptor& out) {
   if (hidden_ + 3 * spread_ >= 1) out.flags.set(Flag::dark);
   sampling_ = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
               (stage.grid().fitted() ? 0 : stage.grid().unevenness()) +
-              seen_.uneven * scale_.factor / std::sqrt(6.0) / rms_;
+              (seen_.uneven + seen_.doubt) * scale_.factor / std::sqrt(6.0) / rms_;
 }
 
 void PanoramaEstimator::find_clipped(const Stage& stage) {

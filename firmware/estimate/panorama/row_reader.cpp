@@ -202,6 +202,11 @@ float hidden_light(float x, float step, float cut_noise) {
   return rounding + cut;
 }
 
+bool RowReader::has_luma() const {
+  const PixelFormat format = exposures_[0].view[has(0) ? 0 : 1].format;
+  return format == PixelFormat::nv12 || format == PixelFormat::yuyv;
+}
+
 int RowReader::pixels_per_color() const {
   switch (exposures_[0].view[has(0) ? 0 : 1].format) {
     case PixelFormat::rgb8:

@@ -52,6 +52,8 @@ class RowReader {
   /// How many pixels share one sample of colour in the bracket that is bound: where a small light falls within them, its
   /// colour and energy do not tell.
   [[nodiscard]] int pixels_per_color() const;
+  /// Whether luma is each pixel's own although colour is shared.
+  [[nodiscard]] bool has_luma() const;
 
   /// Until the next bind(), reads take of the block that they begin in only as many of the shortest exposures as
   /// `exposures` says, and must not reach beyond it. Both must stay until then.

@@ -70,6 +70,7 @@ void Stage::look(RowReader& reader, std::span<const Frame> bracket, const Estima
   }
   const auto mean = static_cast<float>(luminance / std::max(out.seen_sr, 1e-12));
   const int brightest = finder_.find(reader, sums_, grid_, mean, config, out.lights);
+  out.doubt = finder_.doubt();
   out.lamp = peak > kStrong * mean ? brightest : -1;
   move_uneven(luminance, out);
   out.filled = unseen_.fill(config.unseen, present, bracket.front().info.mid_exposure, sums_.sum);

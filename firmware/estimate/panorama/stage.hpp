@@ -21,6 +21,7 @@ struct Seen {
   std::vector<Light> lights;  ///< Strongest first.
   int lamp = -1;  ///< Which light is so bright a spot that people look for it, however little it gives; -1: none.
   double seen_sr = 0;    ///< Solid angle that the lenses of this bracket saw.
+  double doubt = 0;      ///< Of the lights' irradiance, as luminance, what shared colours may get wrong.
   bool filled = false;   ///< Something stands in for what they did not see.
   double uneven = 0;  ///< Luminance times the angle by which it sits beside its cell's middle, of cells taken as even.
 };
