@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 
+#include "estimate/panorama/kernels/float_rows.hpp"
+
 namespace lightwell::estimate {
 namespace {
 
@@ -95,9 +97,17 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
       for (int y = top; y < bottom; ++y) {
         const RowSpan span = table.rows[static_cast<std::size_t>(y)];
         if (span.first >= span.end) continue;
-        reader.read(lens, y, span.first, span.end, RowReader::Reading::with_errors, row_, out.counts);
         const auto first = static_cast<std::size_t>(span.first), n = static_cast<std::size_t>(span.end - span.first);
-        const float* __restrict sr = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
+        const float* solid_angle = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
+        const auto depth = static_cast<float>(y - top);
+        // Floats without doubt and without nonsense need no row of their own.
+        const FloatColumns columns{r_.data() + first, g_.data() + first, b_.data() + first, low_.data() + first, peak_.data() + first};
+        if (const std::byte* floats = reader.floats(lens, y, span.first);
+            floats != nullptr &&
+            add_float_row(floats, solid_angle, n, reader.scale_of_floats(), RowReader::kBrightest, depth, columns))
+          continue;
+        reader.read(lens, y, span.first, span.end, RowReader::Reading::with_errors, row_, out.counts);
+        const float* __restrict sr = solid_angle;
         const float* __restrict r = row_.r.data();
         const float* __restrict g = row_.g.data();
         const float* __restrict b = row_.b.data();
@@ -106,7 +116,6 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
         float* __restrict sum_b = b_.data() + first;
         float* __restrict peak = peak_.data() + first;
         float* __restrict low = low_.data() + first;
-        const auto depth = static_cast<float>(y - top);
         for (std::size_t i = 0; i < n; ++i) {
           sum_r[i] += r[i] * sr[i];
           sum_g[i] += g[i] * sr[i];

@@ -128,6 +128,10 @@ void CodePass::plan_block(int lens_number, std::size_t block, BlockWeight& out) 
   out.pixels = static_cast<float>(seen);
   out.total = static_cast<float>(sum);
   out.solid_angle = static_cast<float>(sr);
+  out.per_total = static_cast<float>(1 / sum);
+  out.per_pixel = seen > 0 ? 1 / static_cast<float>(seen) : 0;
+  out.brighten = sr > 0 ? static_cast<float>(sum / sr) : 0;
+  out.spread = seen > 0 ? static_cast<float>(sum * sum / static_cast<double>(seen)) : 0;
   // Sum of (x - middle)² over the block; the fit over a full grid separates.
   const double xx = pixels * (p.width * p.width - 1) / 12.0, yy = pixels * (p.height * p.height - 1) / 12.0;
   const double mean = sum / pixels, along_x = xx > 0 ? x_fit / xx : 0, along_y = yy > 0 ? y_fit / yy : 0;
@@ -316,6 +320,7 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   const std::size_t block0 = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
   const float k = radiance_per_linear;
 
+  double noise = 0, bias = 0, clipped_sr = 0;
   for (std::size_t b = 0; b < blocks; ++b) {
     const BlockWeight& w = blocks_[block0 + b];
     const auto width = static_cast<float>(std::min<std::size_t>(edge, static_cast<std::size_t>(view.width) - (first + b) * edge));
@@ -354,12 +359,11 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
     }
 
     float light[3], mean[3], sum = 0, across = 0, down = 0, brightest = 0;
-    const float brighten = w.total / w.solid_angle;
     for (std::size_t c = 0; c < 3; ++c) {
       const float weight = kLuminanceWeights[c] * plan.white[c];
       if (w.unit[kind] > 0) {
         light[c] = unit * w.unit[kind] * (s[c] + cut_off * w.pixels) + plan.linear_from * w.total;
-        mean[c] = light[c] / w.total;
+        mean[c] = light[c] * w.per_total;
         const float scale = weight * unit * w.unit[kind];
         across += scale * (x[c] - w.middle_x[kind] * s[c]);
         down += scale * (y[c] - w.middle_y[kind] * s[c]);
@@ -368,30 +372,34 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
         const float moved_x = unit * (x[c] - half_x * s[c]), moved_y = unit * (y[c] - half_y * s[c]);
         const float value = unit * s[c] + plan.linear_from * w.pixels;
         light[c] = w.mean * value + w.along_x * moved_x + w.along_y * moved_y;
-        mean[c] = value / w.pixels;
+        mean[c] = value * w.per_pixel;
         across += weight * moved_x;
         down += weight * moved_y;
         sum += weight * value;
       }
       const float code = plan.identity ? static_cast<float>(peak[c]) * plain_unit
                                        : static_cast<float>(plan.linear16[peak[c]]) * plain_unit;
-      brightest += weight * (code + plan.linear_from) * brighten * k;
+      brightest += weight * (code + plan.linear_from) * w.brighten * k;
       light[c] *= k * plan.white[c];
     }
     const std::size_t block = block0 + b;
     out.sum[block] = {light[0], light[1], light[2]};
     out.peak[block] = std::max(brightest, 0.0F);
-    out.offset_x[block] = sum > 0 ? across / sum : 0;
-    out.offset_y[block] = sum > 0 ? down / sum : 0;
+    const float per_sum = sum > 0 ? 1 / sum : 0;
+    out.offset_x[block] = across * per_sum;
+    out.offset_y[block] = down * per_sum;
 
     const float largest = std::clamp(std::max({mean[0], mean[1], mean[2]}), 0.0F, 1.0F);
     const float step = plan.identity ? plain_unit : plan.step8[static_cast<std::size_t>(largest * 4095)];
     const float variance = plan.read2 + plan.shot * std::max(mean[1], 0.0F) + step * step * (1.0F / 12);
-    out.noise += static_cast<double>(w.total) * w.total / w.pixels * variance * k * k;
-    out.bias += static_cast<double>(w.total) * hidden_light(mean[1], step, plan.cut_noise) * k;
-    out.clipped[block] = w.solid_angle * std::min(1.0F, static_cast<float>(most_clipped) / w.pixels);
-    out.clipped_sr += out.clipped[block];
+    noise += static_cast<double>(w.spread) * variance;
+    bias += static_cast<double>(w.total) * hidden_light(mean[1], step, plan.cut_noise);
+    out.clipped[block] = w.solid_angle * std::min(1.0F, static_cast<float>(most_clipped) * w.per_pixel);
+    clipped_sr += out.clipped[block];
   }
+  out.noise += noise * k * k;
+  out.bias += bias * k;
+  out.clipped_sr += clipped_sr;
 }
 
 }  // namespace lightwell::estimate

@@ -37,6 +37,8 @@ class CodePass {
     float total = 0;                           ///< Sum of weights.
     float pixels = 0;                          ///< That see something.
     float solid_angle = 0;
+    /// Of the three above, made once because divisions are what a block's sums would wait for.
+    float per_total = 0, per_pixel = 0, brighten = 0, spread = 0;
     /// Weighted: weight of the 8-bit number 256, so that the block's numbers add up to its total; 0 marks a plain block.
     float unit[kLaneKinds] = {};
     float middle_x[kLaneKinds] = {}, middle_y[kLaneKinds] = {};  ///< Of these numbers, pixels from the block's corner.

@@ -13,8 +13,6 @@ namespace {
 
 /// Of exposure_s * gain and its inverse: what is beyond would leave floats once it is squared.
 constexpr double kLargestScale = 1e15;
-/// Radiance beyond this counts as infinite: integrals of it must stay numbers that the wire can hold.
-constexpr float kBrightest = 1e30F;
 
 std::uint16_t word(const std::byte* at) {
   return static_cast<std::uint16_t>(std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8);
@@ -220,6 +218,12 @@ int RowReader::pixels_per_color() const {
   return 4;
 }
 
+const std::byte* RowReader::floats(int lens, int y, int first) const {
+  const View& view = exposures_[0].view[static_cast<std::size_t>(lens)];
+  if (exposure_count_ != 1 || view.format != PixelFormat::rgb_f32) return nullptr;
+  return view.data.data() + static_cast<std::size_t>(y) * view.stride + 12 * static_cast<std::size_t>(first);
+}
+
 void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadingCounts& counts) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto at = static_cast<std::size_t>(lens);
@@ -245,9 +249,8 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
 
   if (exposures == 1 && radiance_already) {
     // Nothing to look up and nothing to doubt: straight from the picture.
-    const View& view = exposures_[0].view[at];
-    const float k = exposures_[0].radiance_per_linear;
-    const std::byte* in = view.data.data() + static_cast<std::size_t>(y) * view.stride + 12 * static_cast<std::size_t>(first);
+    const float k = scale_of_floats();
+    const std::byte* in = floats(lens, y, first);
     float* __restrict r = out.r.data();
     float* __restrict g = out.g.data();
     float* __restrict b = out.b.data();

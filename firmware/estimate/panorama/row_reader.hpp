@@ -38,6 +38,9 @@ struct ReadingCounts {
 /// Reads brackets of one rig, one after another.
 class RowReader {
  public:
+  /// Radiance beyond this counts as infinite: integrals of it must stay numbers that the wire can hold.
+  static constexpr float kBrightest = 1e30F;
+
   /// What read() fills: radiance and clipped alone, or variance and bias too.
   enum class Reading { radiance, with_errors };
 
@@ -58,6 +61,10 @@ class RowReader {
   /// Until the next bind(), reads take of the block that they begin in only as many of the shortest exposures as
   /// `exposures` says, and must not reach beyond it. Both must stay until then.
   void take_by_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures);
+
+  /// Pixel `first` of row y where the bracket is one picture of floats, which are radiance but for a factor; else null.
+  [[nodiscard]] const std::byte* floats(int lens, int y, int first) const;
+  [[nodiscard]] float scale_of_floats() const { return exposures_[0].radiance_per_linear; }
 
   /// Pixels [first, end) of row y of a lens into entries 0 to end - first of `out`. Several exposures are merged by the
   /// inverse of each one's variance of radiance (read and shot noise, rounding); saturated values have no weight.
