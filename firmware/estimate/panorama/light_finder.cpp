@@ -18,6 +18,8 @@ const float kCosReach = std::cos(12 * std::numbers::pi_v<float> / 180);
 constexpr float kWidest = 0.6F;
 /// A light that gives less of all light than this is left to the harmonics: it could not change a figure of the answer.
 constexpr double kFaintest = 0.002;
+/// Once there is room for no more, one that is not clearly stronger than the weakest is not looked at.
+constexpr double kDisplaces = 1.1;
 /// Regions of a frame; a sky of a thousand lamps must not cost a thousand regions.
 constexpr int kMostRegions = 96;
 /// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
@@ -489,7 +491,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
     // that have found room, no pixel need be looked at.
     if (!first_region) {
       const double about = flood(sums, grid, c.block, skirt, kCosReach);
-      if (about < faintest || (lights.size() >= most && about < lights.back().irradiance.luminance())) continue;
+      if (about < faintest || (lights.size() >= most && about < kDisplaces * lights.back().irradiance.luminance())) continue;
     }
 
     (void)flood(sums, grid, c.block, 0.5F * c.peak, -2);
