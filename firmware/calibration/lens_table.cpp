@@ -296,6 +296,12 @@ Result<RigTable> make_rig_table(const RigParameters& rig, double feather_rad) {
   return table;
 }
 
+int widest(const RigTable& table) {
+  int w = 0;
+  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
+  return w;
+}
+
 double pixel_side(const RigTable& table) {
   double pixels = 0;
   for (const LensTable& lens : table.lenses)

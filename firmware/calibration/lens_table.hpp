@@ -36,6 +36,9 @@ struct RigTable {
 /// falls linearly to zero over the last `feather_rad` before its max_angle, the weights of a direction summing to one.
 [[nodiscard]] Result<RigTable> make_rig_table(const RigParameters& rig, double feather_rad = 0.05);
 
+/// Of its pictures, in pixels.
+[[nodiscard]] int widest(const RigTable& table);
+
 /// Side of a pixel of mean solid angle, rad.
 [[nodiscard]] double pixel_side(const RigTable& table);
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/harmonics.hpp>
 #include <span>
@@ -23,7 +24,7 @@ using BasisRow = std::array<float, kRowCount>;
 struct CellSum {
   float r = 0, g = 0, b = 0;
 
-  [[nodiscard]] float luminance() const { return 0.2126F * r + 0.7152F * g + 0.0722F * b; }
+  [[nodiscard]] float luminance() const { return luminance_of(r, g, b); }
 };
 
 /// Coefficients of three channels in the order of a BasisRow.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <lightwell/cap.hpp>
-#include <lightwell/lobes.hpp>
 #include <limits>
 #include <numbers>
 
@@ -22,58 +21,8 @@ constexpr double kRoom = 0.8;
 constexpr double kRoundingShare = 0.3;
 /// Bytes of a light, and of what else there is in a message (see proto/README.md, caps and sizes).
 constexpr double kLightBytes = 32, kOtherBytes = 64;
-/// Roughness at which the second limit stands.
-constexpr double kRoughness = 0.5;
 /// A light that was sent before counts for so much more: two that are alike must not take turns.
 constexpr double kLoyalty = 0.8;
-
-struct Weights {
-  int band[kRowCount];
-  float irradiance[kRowCount];  ///< A_l² / 4pi
-  float radiance[kRowCount];    ///< K_l² / 4pi; bands 7, 9, 11 counted with 8, 10, 12
-  double above_irradiance = 0;  ///< Of bands above 12 relative to those of 8, 10, 12, for a point.
-
-  Weights() {
-    std::size_t at = 0;
-    const auto put = [&](int l, double k2) {
-      for (int m = -l; m <= l; ++m, ++at) {
-        band[at] = l;
-        irradiance[at] = static_cast<float>(cosine_lobe(l) * cosine_lobe(l) / kSphere);
-        radiance[at] = static_cast<float>(k2 / kSphere);
-      }
-    };
-    const GgxLobe lobe(kRoughness);
-    const auto low = lobe.coefficients();
-    for (int l = 0; l <= kMaxBand; ++l) put(l, low[static_cast<std::size_t>(l)] * low[static_cast<std::size_t>(l)]);
-    double seen = 0, above = 0;
-    for (const int l : kTailBands) {
-      // K_l by its definition, the integral of the lobe against P_l; an odd band that is not looked at is taken to be
-      // as strong as the even one above it.
-      const auto k = [&](int band_of) {
-        return 2 * std::numbers::pi * lobe.integral(0, 1, [&](double x) { return std::legendre(static_cast<unsigned>(band_of), x); });
-      };
-      const double even = k(l), odd = k(l - 1);
-      put(l, even * even + odd * odd * (2 * l - 1) / (2 * l + 1));
-      seen += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
-    }
-    for (int l = kTailBands.back() + 2; l <= 400; l += 2) above += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
-    above_irradiance = above / seen;
-  }
-};
-
-const Weights& weights() {
-  static const Weights w;
-  return w;
-}
-
-IrradianceRms rms(const double (&squares)[3]) {
-  IrradianceRms out;
-  for (std::size_t k = 0; k < 3; ++k) {
-    out.plain += squares[k] / 3;
-    out.weighted += kLuminanceWeights[k] * squares[k];
-  }
-  return {std::sqrt(out.plain), std::sqrt(out.weighted)};
-}
 
 /// What a zigzag varint of a rounded number takes.
 double varint_bytes(float value, float inverse_step) {
@@ -96,7 +45,7 @@ int step_exponent(int band, bool all_bands, double allowed_rms) {
 Chooser::Chooser() : shapes_(kMaxLights), rests_(kMaxLights + 1) {
   order_.reserve(kMaxLights);
   kept_before_.reserve(kMaxLights);
-  (void)weights();
+  (void)band_weights();
 }
 
 bool Chooser::was_kept(std::uint32_t track) const {
@@ -115,7 +64,7 @@ double Chooser::left_above_two(const Rest& rest, const Light& light, const Shape
                                const float (&inverse_whole)[3]) const {
   // Bands 0 to 2 cost few bytes and hold nine tenths of what irradiance feels: a light is worth what it takes from the
   // others.
-  const Weights& w = weights();
+  const BandWeights& w = band_weights();
   double sum = 0;
   for (int k = 0; k < 3; ++k) {
     const float e = light.irradiance[k];
@@ -161,7 +110,7 @@ void Chooser::order_lights(std::span<const Light> found, int must, std::size_t m
 
 void Chooser::lost_above(const Rest& rest, bool all_bands, double (&irradiance)[kBands][3],
                          double (&radiance)[kBands][3]) const {
-  const Weights& w = weights();
+  const BandWeights& w = band_weights();
   double e[3][kTailBands.back() + 1] = {}, l2[3][kTailBands.back() + 1] = {};
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < kRowCount; ++i) {
@@ -190,7 +139,7 @@ void Chooser::lost_above(const Rest& rest, bool all_bands, double (&irradiance)[
 
 void Chooser::choose(const Projection& scene, std::span<const Light> found, int must,
                      const ChoiceLimits& limits, std::vector<Light>& kept, Chosen& out) {
-  const Weights& w = weights();
+  const BandWeights& w = band_weights();
   const bool all_bands = limits.radiance_epsilon > 0 || !(limits.epsilon > 0);
   const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), found.size());
   double whole2[3] = {}, whole_radiance2[3] = {};

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estimate/common/cells.hpp"
-#include "estimate/common/decompose.hpp"
+#include "estimate/common/spectrum.hpp"
 
 namespace lightwell::estimate {
 

@@ -32,7 +32,7 @@
 #include <lightwell/time.hpp>
 
 #include "estimate/common/cells.hpp"
-#include "estimate/common/decompose.hpp"
+#include "estimate/common/spectrum.hpp"
 
 namespace lightwell::estimate {
 

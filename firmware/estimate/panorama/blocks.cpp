@@ -9,12 +9,6 @@
 namespace lightwell::estimate {
 namespace {
 
-int widest(const RigTable& table) {
-  int w = 0;
-  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
-  return w;
-}
-
 }  // namespace
 
 BlockLayout::BlockLayout(const RigTable& table, int edge)
@@ -120,7 +114,7 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
           sum_r[i] += r[i] * sr[i];
           sum_g[i] += g[i] * sr[i];
           sum_b[i] += b[i] * sr[i];
-          const float luminance = 0.2126F * r[i] + 0.7152F * g[i] + 0.0722F * b[i];
+          const float luminance = luminance_of(r[i], g[i], b[i]);
           low[i] += depth * luminance * sr[i];
           const float seen = sr[i] > 0 ? luminance : 0.0F;
           peak[i] = peak[i] > seen ? peak[i] : seen;
@@ -148,7 +142,7 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
           s.g += g_[i];
           s.b += b_[i];
           peak = std::max(peak, peak_[i]);
-          across += static_cast<float>(i - x) * (0.2126F * r_[i] + 0.7152F * g_[i] + 0.0722F * b_[i]);
+          across += static_cast<float>(i - x) * luminance_of(r_[i], g_[i], b_[i]);
           down += low_[i];
           clipped += clipped_[i];
         }

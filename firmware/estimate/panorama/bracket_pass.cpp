@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calibration/response.hpp"
-#include "estimate/panorama/kernels/lane_sums.hpp"
+#include "estimate/panorama/kernels/ycbcr_planes.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -23,12 +23,6 @@ constexpr float kChromaDeviations = 6, kChromaShare = 0.05F;
 constexpr std::size_t kPlaneRows = 8;
 constexpr int kFewest = static_cast<int>(kFewestLanes);
 constexpr std::size_t kColumnKinds = 10 + 2 * (kMaxBracket - 1);
-
-int widest(const RigTable& table) {
-  int w = 0;
-  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
-  return w;
-}
 
 /// Rounded to `bits` bits of the upper end.
 float shortened(float v, int bits) {

@@ -5,6 +5,8 @@
 #include <lightwell/color.hpp>
 
 #include "calibration/response.hpp"
+#include "estimate/panorama/kernels/block_sums.hpp"
+#include "estimate/panorama/kernels/ycbcr_planes.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -14,12 +16,6 @@ namespace {
 constexpr double kPlane = 5e-4;
 /// Pixels of YCbCr that are turned into planes at a time: 16 rows of three planes of them stay in the nearest cache.
 constexpr std::size_t kChunk = 256;
-
-int widest(const RigTable& table) {
-  int w = 0;
-  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
-  return w;
-}
 
 const std::uint8_t* bytes(const View& view, std::size_t row) {
   return reinterpret_cast<const std::uint8_t*>(view.data.data()) + row * view.stride;

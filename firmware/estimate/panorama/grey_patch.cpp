@@ -38,7 +38,7 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
         const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x + i);
         if (!row_.certain && row_.clipped[k] != 0) return std::nullopt;
         if (!(lens.solid_angle[at] > 0)) continue;
-        luminance += 0.2126 * row_.r[k] + 0.7152 * row_.g[k] + 0.0722 * row_.b[k];
+        luminance += luminance_of(row_.r[k], row_.g[k], row_.b[k]);
         ++pixels;
       }
     }

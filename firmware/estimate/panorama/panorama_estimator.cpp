@@ -10,11 +10,11 @@
 
 #include "calibration/lens_table.hpp"
 #include "estimate/common/chooser.hpp"
-#include "estimate/common/decompose.hpp"
 #include "estimate/common/environment.hpp"
 #include "estimate/common/flicker.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/common/smoother.hpp"
+#include "estimate/common/spectrum.hpp"
 #include "estimate/panorama/clipped_lights.hpp"
 #include "estimate/panorama/row_reader.hpp"
 #include "estimate/panorama/stage.hpp"
@@ -49,16 +49,12 @@ int default_edge(const RigTable& table) {
 /// What three deviations of the lights' directions do to the irradiance. Moving a light by delta changes the irradiance
 /// by E delta times the slope of a clipped cosine, whose mean square over all normals is 1/6.
 IrradianceRms misplaced(std::span<const Light> lights) {
-  IrradianceRms sum;
+  double squares[3] = {};
   for (const Light& light : lights) {
     const double moved2 = light.direction_covariance[0] + light.direction_covariance[2];
-    for (int k = 0; k < 3; ++k) {
-      const double e2 = 9 * moved2 / 6 * light.irradiance[k] * light.irradiance[k];
-      sum.plain += e2 / 3;
-      sum.weighted += kLuminanceWeights[k] * e2;
-    }
+    for (int k = 0; k < 3; ++k) squares[k] += 9 * moved2 / 6 * light.irradiance[k] * light.irradiance[k];
   }
-  return {std::sqrt(sum.plain), std::sqrt(sum.weighted)};
+  return rms(squares);
 }
 
 class PanoramaEstimator final : public Estimator {
@@ -263,7 +259,7 @@ void PanoramaEstimator::find_errors(const Stage& stage, Descriptor& out) {
   if (sums.clipped_sr > 0) out.flags.set(Flag::clipped);
   if (sums.counts.cleaned > 0) out.flags.set(Flag::cleaned);
   const auto& mean = seen_.projection.c[0];
-  const double luminance = std::sqrt(kSphere) * (kLuminanceWeights[0] * mean[0] + kLuminanceWeights[1] * mean[1] + kLuminanceWeights[2] * mean[2]);
+  const double luminance = std::sqrt(kSphere) * luminance_of(mean[0], mean[1], mean[2]);
   if (sums.moved_light * scale_.factor > kMovedShare * luminance) out.flags.set(Flag::moved);
   const IrradianceRms whole = irradiance_rms(seen_.projection);
   rms_ = std::min(whole.plain, whole.weighted);

@@ -8,6 +8,12 @@ namespace lightwell {
 /// Rec. 709 luminance weights of linear r, g, b.
 inline constexpr float kLuminanceWeights[3] = {0.2126F, 0.7152F, 0.0722F};
 
+/// Luminance of three linear channels, in the unit of the channels.
+template <class Real>
+[[nodiscard]] constexpr Real luminance_of(Real r, Real g, Real b) {
+  return Real{kLuminanceWeights[0]} * r + Real{kLuminanceWeights[1]} * g + Real{kLuminanceWeights[2]} * b;
+}
+
 /// Three linear channels of one physical quantity. Sums only meet their like.
 template <class Quantity>
 struct Rgb {
@@ -28,7 +34,7 @@ struct Rgb {
   }
   /// cd/m² of a radiance, lux of an irradiance, where units are absolute.
   [[nodiscard]] constexpr float luminance() const {
-    return kLuminanceWeights[0] * r + kLuminanceWeights[1] * g + kLuminanceWeights[2] * b;
+    return luminance_of(r, g, b);
   }
 };
 

@@ -8,7 +8,7 @@
 
 #include <lightwell/cap.hpp>
 
-#include "estimate/common/decompose.hpp"
+#include "estimate/common/spectrum.hpp"
 
 namespace lightwell::estimate {
 

@@ -1,41 +1,17 @@
 #include "estimate/panorama/kernels/lane_sums.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/lane_sums.cpp"
 #include <hwy/foreach_target.h>
 // After foreach_target.h, says Highway.
 #include <hwy/highway.h>
+#include "estimate/panorama/kernels/strips_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using D8 = hn::ScalableTag<std::uint8_t>;
-using D16 = hn::RepartitionToWide<D8>;
-using D32 = hn::RepartitionToWide<D16>;
-using DI16 = hn::RebindToSigned<D16>;
-using V8 = hn::Vec<D8>;
-using V16 = hn::Vec<D16>;
-using V32 = hn::Vec<D32>;
-
-/// A strip walks down as many rows as a block has, too many streams for the processor to foresee: without this the pass
-/// takes twice as long on memory that no cache holds.
-constexpr std::ptrdiff_t kAhead = 512;
-
-/// Twice as wide: the lower and the upper half of what one vector held.
-struct Wide {
-  V16 lower, upper;
-};
-
-HWY_INLINE Wide widened(V8 v) {
-  const hn::Half<D8> half;
-  return {hn::PromoteTo(D16(), hn::LowerHalf(half, v)), hn::PromoteTo(D16(), hn::UpperHalf(half, v))};
-}
 
 // 256 entries of 16 bits do not fit a vector's shuffle everywhere. Where they do, a code costs a fraction of a load.
 #if HWY_TARGET == HWY_AVX3_DL
@@ -168,15 +144,6 @@ HWY_INLINE hn::Vec<D> count_from(D d, hn::Vec<D> limit, int rows, Row&& row) {
 template <class D>
 HWY_INLINE bool reaches(D d, hn::Vec<D> peak, hn::Vec<D> limit) {
   return !hn::AllFalse(d, hn::Eq(hn::Max(peak, limit), peak));
-}
-
-/// Calls strip(at) for every vector of lanes; the last is shifted back to end with the row.
-template <class Strip>
-HWY_INLINE void for_strips(std::size_t lanes, Strip&& strip) {
-  const std::size_t n = hn::Lanes(D8());
-  std::size_t at = 0;
-  for (; at + n <= lanes; at += n) strip(at);
-  if (at < lanes) strip(lanes - n);
 }
 
 /// The lower limit of clipped codes in 8 bits; `clips` where there is one.
@@ -407,218 +374,6 @@ void SumWords(const WordRows& rows, const std::uint8_t* weights, std::size_t wei
   });
 }
 
-/// Of a coefficient times a difference of codes that was shifted up by `shift` bits: the factor for which the rounding
-/// high product comes out in 1/64 of a code.
-constexpr std::int16_t scaled(double coefficient, int shift) {
-  return static_cast<std::int16_t>(coefficient * 64 * 32768 / (1 << shift) + 0.5);
-}
-
-/// Each even (odd) lane twice.
-HWY_INLINE V16 even_twice(V16 v) {
-  const auto pairs = hn::And(hn::BitCast(D32(), v), hn::Set(D32(), 0xFFFF));
-  return hn::BitCast(D16(), hn::Or(pairs, hn::ShiftLeft<16>(pairs)));
-}
-HWY_INLINE V16 odd_twice(V16 v) {
-  const auto pairs = hn::ShiftRight<16>(hn::BitCast(D32(), v));
-  return hn::BitCast(D16(), hn::Or(pairs, hn::ShiftLeft<16>(pairs)));
-}
-
-/// 16-bit lanes of luma, Cb and Cr codes, half a vector of pixels each, to codes of r, g, b in 1/64, rounded.
-struct Ycbcr {
-  hn::Vec<DI16> r, g, b;
-
-  HWY_INLINE Ycbcr(V16 luma, V16 cb, V16 cr) {
-    const DI16 d;
-    const auto y = hn::ShiftLeft<7>(hn::Sub(hn::BitCast(d, luma), hn::Set(d, 16)));
-    const auto u = hn::ShiftLeft<8>(hn::Sub(hn::BitCast(d, cb), hn::Set(d, 128)));
-    const auto v = hn::ShiftLeft<8>(hn::Sub(hn::BitCast(d, cr), hn::Set(d, 128)));
-    const auto times = [&](hn::Vec<DI16> a, std::int16_t k) HWY_ATTR { return hn::MulFixedPoint15(a, hn::Set(d, k)); };
-    const auto l = hn::Add(times(y, scaled(1.164384, 7)), hn::Set(d, 32));
-    r = hn::ShiftRight<6>(hn::SaturatedAdd(l, times(v, scaled(1.596027, 8))));
-    g = hn::ShiftRight<6>(hn::SaturatedSub(hn::SaturatedSub(l, times(u, scaled(0.391762, 8))), times(v, scaled(0.812968, 8))));
-    b = hn::ShiftRight<6>(hn::SaturatedAdd(l, times(u, scaled(2.017232, 8))));
-  }
-};
-
-/// Clamped to 0 to 255.
-HWY_INLINE V8 packed(hn::Vec<DI16> lower, hn::Vec<DI16> upper) {
-  const hn::Half<D8> half;
-  return hn::Combine(D8(), hn::DemoteTo(half, upper), hn::DemoteTo(half, lower));
-}
-
-HWY_INLINE void store_codes(const Ycbcr& lower, const Ycbcr& upper, std::size_t at, std::uint8_t* r, std::uint8_t* g,
-                            std::uint8_t* b) {
-  const D8 d;
-  hn::StoreU(packed(lower.r, upper.r), d, r + at);
-  hn::StoreU(packed(lower.g, upper.g), d, g + at);
-  hn::StoreU(packed(lower.b, upper.b), d, b + at);
-}
-
-/// Half a vector of pixels from luma in the low bytes and Cb, Cr by turns in the high ones.
-HWY_INLINE Ycbcr of_pairs(V16 pixels) {
-  const V16 luma = hn::And(pixels, hn::Set(D16(), 0xFF));
-  const V16 chroma = hn::ShiftRight<8>(pixels);
-  return {luma, even_twice(chroma), odd_twice(chroma)};
-}
-
-void PlanesOfYuyv(const std::uint8_t* row, std::size_t pixels, std::uint8_t* r, std::uint8_t* g, std::uint8_t* b) {
-  const D8 d8;
-  const D16 d16;
-  for_strips(pixels, [&](std::size_t at) HWY_ATTR {
-    __builtin_prefetch(row + 2 * at + kAhead);
-    const V16 lower = hn::BitCast(d16, hn::LoadU(d8, row + 2 * at));
-    const V16 upper = hn::BitCast(d16, hn::LoadU(d8, row + 2 * at + hn::Lanes(d8)));
-    store_codes(of_pairs(lower), of_pairs(upper), at, r, g, b);
-  });
-}
-
-void PlanesOfNv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels, std::uint8_t* r,
-                  std::uint8_t* g, std::uint8_t* b) {
-  const D8 d8;
-  for_strips(pixels, [&](std::size_t at) HWY_ATTR {
-    // Cb Cr of two pixels stand where these two are in the row.
-    const Wide y = widened(hn::LoadU(d8, luma + at)), c = widened(hn::LoadU(d8, chroma + at));
-    store_codes({y.lower, even_twice(c.lower), odd_twice(c.lower)}, {y.upper, even_twice(c.upper), odd_twice(c.upper)},
-                at, r, g, b);
-  });
-}
-
-#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-// Neighbouring columns are added, and again, until a block is one column. Each step picks the even and the odd columns out
-// of two vectors; 15 lanes (30 of 16 bits) at a time hold whole columns of 1 and of 3 channels, 16 (32) of 1 and of 2.
-struct Fold {
-  std::size_t step32, step16;
-  __m512i even32, odd32, even16, odd16;
-
-  explicit Fold(std::size_t channels) : step32(channels == 3 ? 15 : 16), step16(2 * step32) {
-    alignas(64) std::uint32_t e32[16], o32[16];
-    alignas(64) std::uint16_t e16[32], o16[32];
-    for (std::size_t i = 0; i < 16; ++i) {
-      const std::size_t column = 2 * (i / channels), channel = i % channels;
-      e32[i] = static_cast<std::uint32_t>(column * channels + channel) & 31;
-      o32[i] = static_cast<std::uint32_t>((column + 1) * channels + channel) & 31;
-    }
-    for (std::size_t i = 0; i < 32; ++i) {
-      const std::size_t column = 2 * (i / channels), channel = i % channels;
-      e16[i] = static_cast<std::uint16_t>((column * channels + channel) & 63);
-      o16[i] = static_cast<std::uint16_t>(((column + 1) * channels + channel) & 63);
-    }
-    even32 = _mm512_load_si512(e32);
-    odd32 = _mm512_load_si512(o32);
-    even16 = _mm512_load_si512(e16);
-    odd16 = _mm512_load_si512(o16);
-  }
-};
-
-void SumBlocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
-  const Fold fold(static_cast<std::size_t>(channels));
-  std::size_t left = blocks * static_cast<std::size_t>(edge) * static_cast<std::size_t>(channels);
-  if (edge == 1) std::fill_n(across, left, 0U);
-  for (int width = 1; width < edge; width *= 2) {
-    left /= 2;
-    const __m128i shift = _mm_cvtsi32_si128(std::countr_zero(static_cast<unsigned>(width)));
-    for (std::size_t to = 0; to < left; to += fold.step32) {
-      const std::size_t from = 2 * to;
-      const auto part = [&](const std::uint32_t* p, __m512i which) HWY_ATTR {
-        return _mm512_permutex2var_epi32(_mm512_loadu_si512(p + from), which, _mm512_loadu_si512(p + from + 16));
-      };
-      const __m512i even = part(lanes.sum, fold.even32), odd = part(lanes.sum, fold.odd32);
-      const __m512i early = _mm512_add_epi32(part(lanes.early, fold.even32), part(lanes.early, fold.odd32));
-      __m512i moved = _mm512_sll_epi32(odd, shift);
-      if (width > 1)
-        moved = _mm512_add_epi32(moved, _mm512_add_epi32(part(across, fold.even32), part(across, fold.odd32)));
-      _mm512_storeu_si512(lanes.sum + to, _mm512_add_epi32(even, odd));
-      _mm512_storeu_si512(lanes.early + to, early);
-      _mm512_storeu_si512(across + to, moved);
-    }
-    for (std::size_t to = 0; to < left; to += fold.step16) {
-      const __m512i low = _mm512_loadu_si512(lanes.peak + 2 * to), high = _mm512_loadu_si512(lanes.peak + 2 * to + 32);
-      _mm512_storeu_si512(lanes.peak + to, _mm512_max_epu16(_mm512_permutex2var_epi16(low, fold.even16, high),
-                                                            _mm512_permutex2var_epi16(low, fold.odd16, high)));
-    }
-  }
-}
-#else
-template <class D>
-HWY_INLINE void load_channels(D d, int channels, const hn::TFromD<D>* from, hn::Vec<D> (&out)[3]) {
-  if (channels == 3)
-    hn::LoadInterleaved3(d, from, out[0], out[1], out[2]);
-  else if (channels == 2)
-    hn::LoadInterleaved2(d, from, out[0], out[1]);
-  else
-    out[0] = hn::LoadU(d, from);
-}
-
-template <int kEdge>
-void SumBlocksOf(const LaneSums& lanes, int channels, std::size_t blocks, std::uint32_t* across_out) {
-  const hn::CappedTag<std::uint32_t, kEdge> d32;
-  const hn::CappedTag<std::uint16_t, kEdge> d16;
-  const auto count = static_cast<std::size_t>(channels);
-  for (std::size_t block = 0; block < blocks; ++block) {
-    hn::Vec<decltype(d32)> sum[3], early[3], across[3], part[3], part_early[3];
-    hn::Vec<decltype(d16)> peak[3], part_peak[3];
-    for (std::size_t c = 0; c < count; ++c) {
-      sum[c] = early[c] = across[c] = hn::Zero(d32);
-      peak[c] = hn::Zero(d16);
-    }
-    const std::size_t first = block * kEdge;
-    for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d32)) {
-      load_channels(d32, channels, lanes.sum + (first + i) * count, part);
-      load_channels(d32, channels, lanes.early + (first + i) * count, part_early);
-      const auto column = hn::Iota(d32, static_cast<std::uint32_t>(i));
-      for (std::size_t c = 0; c < count; ++c) {
-        sum[c] = hn::Add(sum[c], part[c]);
-        early[c] = hn::Add(early[c], part_early[c]);
-        across[c] = hn::Add(across[c], hn::Mul(part[c], column));
-      }
-    }
-    for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d16)) {
-      load_channels(d16, channels, lanes.peak + (first + i) * count, part_peak);
-      for (std::size_t c = 0; c < count; ++c) peak[c] = hn::Max(peak[c], part_peak[c]);
-    }
-    for (std::size_t c = 0; c < count; ++c) {
-      const std::size_t at = block * count + c;
-      lanes.sum[at] = hn::GetLane(hn::SumOfLanes(d32, sum[c]));
-      lanes.early[at] = hn::GetLane(hn::SumOfLanes(d32, early[c]));
-      lanes.peak[at] = hn::GetLane(hn::MaxOfLanes(d16, peak[c]));
-      across_out[at] = hn::GetLane(hn::SumOfLanes(d32, across[c]));
-    }
-  }
-}
-
-/// Too narrow for a vector.
-void SumNarrowBlocks(const LaneSums& lanes, std::size_t channels, std::size_t edge, std::size_t blocks,
-                     std::uint32_t* across_out) {
-  for (std::size_t block = 0; block < blocks; ++block) {
-    for (std::size_t c = 0; c < channels; ++c) {
-      std::uint32_t sum = 0, across = 0, early = 0;
-      std::uint16_t peak = 0;
-      for (std::size_t i = 0; i < edge; ++i) {
-        const std::size_t lane = (block * edge + i) * channels + c;
-        sum += lanes.sum[lane];
-        across += static_cast<std::uint32_t>(i) * lanes.sum[lane];
-        early += lanes.early[lane];
-        peak = std::max(peak, lanes.peak[lane]);
-      }
-      const std::size_t at = block * channels + c;
-      lanes.sum[at] = sum;
-      lanes.early[at] = early;
-      lanes.peak[at] = peak;
-      across_out[at] = across;
-    }
-  }
-}
-
-void SumBlocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
-  if (edge == 16)
-    SumBlocksOf<16>(lanes, channels, blocks, across);
-  else if (edge == 8)
-    SumBlocksOf<8>(lanes, channels, blocks, across);
-  else
-    SumNarrowBlocks(lanes, static_cast<std::size_t>(channels), static_cast<std::size_t>(edge), blocks, across);
-}
-#endif
-
 }  // namespace HWY_NAMESPACE
 }  // namespace lightwell::estimate
 HWY_AFTER_NAMESPACE();
@@ -630,9 +385,6 @@ HWY_EXPORT(SumCodes);
 HWY_EXPORT(SumLookedUp);
 HWY_EXPORT(SumWeightedCodes);
 HWY_EXPORT(SumWords);
-HWY_EXPORT(SumBlocks);
-HWY_EXPORT(PlanesOfYuyv);
-HWY_EXPORT(PlanesOfNv12);
 
 void sum_lanes(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
   if (rows.table == nullptr)
@@ -653,19 +405,6 @@ void sum_wide_lanes(const WordRows& rows, std::size_t lanes, const LaneSums& out
 void sum_weighted_wide_lanes(const WordRows& rows, const std::uint8_t* weights, std::size_t weight_stride,
                              std::size_t lanes, const LaneSums& out) {
   HWY_DYNAMIC_DISPATCH(SumWords)(rows, weights, weight_stride, lanes, out);
-}
-
-void sum_blocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
-  HWY_DYNAMIC_DISPATCH(SumBlocks)(lanes, channels, edge, blocks, across);
-}
-
-void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, std::uint8_t* r, std::uint8_t* g, std::uint8_t* b) {
-  HWY_DYNAMIC_DISPATCH(PlanesOfYuyv)(row, pixels, r, g, b);
-}
-
-void planes_of_nv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels, std::uint8_t* r,
-                    std::uint8_t* g, std::uint8_t* b) {
-  HWY_DYNAMIC_DISPATCH(PlanesOfNv12)(luma, chroma, pixels, r, g, b);
 }
 
 }  // namespace lightwell::estimate

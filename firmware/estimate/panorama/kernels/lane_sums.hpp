@@ -1,8 +1,7 @@
 // The vector kernels under the pass over the pixels: sums down the rows of a block, for every lane of a row at once.
 //   sum_lanes           linear or looked-up 8-bit codes, with or without a weight for each
 //   sum_wide_lanes      the same of 16-bit words
-//   sum_blocks  from lanes to blocks
-//   planes_of_yuyv, planes_of_nv12   rows of YCbCr to planes of r, g, b codes
+// From lanes to blocks: block_sums.hpp. Rows of YCbCr to planes of codes: ycbcr_planes.hpp.
 // One source for every vector unit (Highway); which one runs is chosen once, by what the processor has. A test goes
 // through all of them with hwy::SetSupportedTargetsForTest().
 #pragma once
@@ -56,16 +55,5 @@ void sum_weighted_lanes(const CodeRows& rows, const std::uint8_t* weights, std::
 void sum_wide_lanes(const WordRows& rows, std::size_t lanes, const LaneSums& out);
 void sum_weighted_wide_lanes(const WordRows& rows, const std::uint8_t* weights, std::size_t weight_stride,
                              std::size_t lanes, const LaneSums& out);
-
-/// Sums the lanes of `blocks` blocks of `edge` (1, 2, 4, 8 or 16) columns, each of `channels` (1 to 3) lanes, in place: entry
-/// [block * channels + channel] of `sum` and `early`, the largest of `peak`, and in `across` the sum of the column within
-/// the block, from 0, times linear value. 16 columns of 16 rows of 65535 keep all sums within 32 bits. The arrays have
-/// room for kFewestLanes more than blocks * edge * channels lanes, whatever these hold.
-void sum_blocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across);
-
-/// One row of `pixels` pixels (even, at least kFewestLanes) to three planes of codes, as rgb8_of_ycbcr601() says.
-void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, std::uint8_t* r, std::uint8_t* g, std::uint8_t* b);
-void planes_of_nv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels, std::uint8_t* r,
-                    std::uint8_t* g, std::uint8_t* b);
 
 }  // namespace lightwell::estimate

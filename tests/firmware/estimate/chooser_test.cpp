@@ -1,0 +1,257 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <lightwell/cap.hpp>
+#include <lightwell/query.hpp>
+#include <numbers>
+#include <set>
+
+#include "estimate/common/chooser.hpp"
+#include "reference/irradiance.hpp"
+#include "reference/panorama.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+namespace ref = reference;
+
+/// A panorama's projection by plain sums over its pixels.
+Projection projected(const ref::Panorama& p) {
+  Projection out;
+  for (int j = 0; j < p.height; ++j) {
+    for (int i = 0; i < p.width; ++i) {
+      const ref::V3 d = ref::pixel_direction(i, j, p.width, p.height);
+      const BasisRow y = basis_row({d.x, d.y, d.z});
+      const ref::Rgb l = ref::pixel(p, i, j);
+      const double sr = ref::pixel_solid_angle(j, p.width, p.height);
+      for (std::size_t k = 0; k < kRowCount; ++k)
+        for (std::size_t c = 0; c < 3; ++c) out.c[k][c] += sr * l[c] * y[k];
+    }
+  }
+  return out;
+}
+
+/// What a cap adds to a projection.
+void put(const Light& light, Projection& scene) {
+  const BasisRow y = basis_row(vec_cast<double>(light.direction));
+  std::size_t at = 0;
+  const auto add = [&](int l) {
+    for (int m = -l; m <= l; ++m, ++at)
+      for (int c = 0; c < 3; ++c)
+        scene.c[at][static_cast<std::size_t>(c)] += light.irradiance[c] * cap_zonal(l, light.angular_radius_rad) * y[at];
+  };
+  for (int l = 0; l <= kMaxBand; ++l) add(l);
+  for (const int l : kTailBands) add(l);
+}
+
+Light lamp(Vec3f direction, float irradiance, std::uint32_t track) {
+  Light out;
+  out.direction = normalized(direction);
+  out.angular_radius_rad = 0.05F;
+  out.irradiance = {irradiance, irradiance, irradiance};
+  out.track = track;
+  return out;
+}
+
+struct Answer {
+  Chosen chosen;
+  std::vector<Light> lights;
+};
+
+Answer choose(Chooser& chooser, const Projection& scene, std::span<const Light> found, const ChoiceLimits& limits,
+              int must = -1) {
+  Answer out;
+  chooser.choose(scene, found, must, limits, out.lights, out.chosen);
+  return out;
+}
+
+/// Up to a band, with all the lights, however small the error is.
+Answer stop_at(int band, const Projection& scene, std::span<const Light> found) {
+  Chooser chooser;
+  return choose(chooser, scene, found, {.band = band, .epsilon = 0});
+}
+
+double stated(const Answer& answer) { return relative(answer.chosen.truncation, answer.chosen.whole); }
+
+double true_error(const ref::Panorama& p, const RadianceSh& rest, std::span<const Light> lights) {
+  const auto normals = ref::fibonacci_normals(2048);
+  const auto truth = ref::irradiance_at(p, normals);
+  Descriptor d;
+  d.radiance = rest;
+  d.lights.assign(lights.begin(), lights.end());
+  std::vector<ref::Rgb> got;
+  for (const ref::V3& n : normals) {
+    const Irradiance e = irradiance_at(d, {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
+    got.push_back({e.r, e.g, e.b});
+  }
+  const ref::IrradianceError e = ref::irradiance_error(truth, got);
+  return std::max(e.rms, e.luminance_weighted);
+}
+
+ref::Panorama sky_and_lamp() {
+  const ref::Panorama sky = ref::from_function(256, 128, [](const ref::V3& d) {
+    return ref::Rgb{d.y > 0 ? 2.0 : 0.3, d.y > 0 ? 2.5 : 0.3, d.y > 0 ? 4.0 : 0.2};
+  }, 4);
+  return ref::sum(sky, ref::disc_lamp(256, 128, ref::normalised({1, 2, 0.5}), 0.05, {300, 280, 200}));
+}
+
+TEST(Chooser, StatesTheErrorOfStoppingAtEachBand) {
+  const ref::Panorama p = sky_and_lamp();
+  const Projection scene = projected(p);
+  for (const int band : {0, 1, 2, 3, 4, 5, 6}) {
+    const Answer answer = stop_at(band, scene, {});
+    const double truth = true_error(p, answer.chosen.rest, {});
+    // Parseval is exact for the bands looked at; above 12 a point's spectrum is taken, a few percent of the rest.
+    EXPECT_NEAR(stated(answer) / truth, 1, 0.05) << "band " << band << " stated " << stated(answer) << " true " << truth;
+  }
+}
+
+TEST(Chooser, CountsWhatACapMissesOfItsLamp) {
+  const ref::Panorama p = sky_and_lamp();
+  const Projection scene = projected(p);
+  Light right;
+  right.direction = normalized(Vec3f{1, 2, 0.5F});
+  right.angular_radius_rad = 0.05F;
+  const auto e = static_cast<float>(std::numbers::pi * std::sin(0.05) * std::sin(0.05));
+  right.irradiance = {300 * e, 280 * e, 200 * e};
+  Light off = right;
+  off.direction = normalized(Vec3f{1.15F, 2, 0.5F});
+  Light wide = right;
+  wide.angular_radius_rad = 0.6F;
+  double before = 0;
+  for (const Light& light : {right, off, wide}) {
+    const Answer answer = stop_at(4, scene, std::span(&light, 1));
+    ASSERT_EQ(answer.lights.size(), 1U);
+    const double error = stated(answer), truth = true_error(p, answer.chosen.rest, answer.lights);
+    // The true error of the right cap is what floats leave, 1e-5.
+    EXPECT_GT(error + 1e-4, 0.9 * truth);
+    EXPECT_LT(error, 1.5 * truth + 1e-3);
+    if (before > 0) EXPECT_GT(error, before) << "a worse cap is a larger error";
+    else before = error;
+  }
+}
+
+TEST(Chooser, OfASceneThatIsItsLightsLeavesNothing) {
+  Light light;
+  light.direction = normalized(Vec3f{0.2F, -0.3F, 0.9F});
+  light.irradiance = {5, 4, 3};
+  light.angular_radius_rad = 0.1F;
+  Projection scene;
+  put(light, scene);
+  const Answer answer = stop_at(4, scene, std::span(&light, 1));
+  EXPECT_LT(stated(answer), 1e-6);
+  for (std::size_t i = 0; i < 25; ++i) EXPECT_NEAR(answer.chosen.rest.c[i].r, 0, 1e-5);
+}
+
+TEST(Chooser, OfDarknessIsNoError) {
+  const Answer answer = stop_at(4, {}, {});
+  EXPECT_EQ(answer.chosen.whole.plain, 0);
+  EXPECT_EQ(stated(answer), 0);
+}
+
+TEST(Chooser, EvenLightIsBandZeroAndNoLight) {
+  Projection scene;
+  scene.c[0] = {3, 2, 1};
+  Chooser chooser;
+  const Answer answer = choose(chooser, scene, {}, {});
+  EXPECT_EQ(answer.chosen.rest.band, 0);
+  EXPECT_TRUE(answer.lights.empty());
+  EXPECT_EQ(stated(answer), 0);
+}
+
+TEST(Chooser, KeepsTheLimitAndIsRicherWhereItIsMuchTighter) {
+  const ref::Panorama p = sky_and_lamp();
+  const Projection scene = projected(p);
+  Light sun = lamp({1, 2, 0.5F}, 0, 1);
+  const auto e = static_cast<float>(std::numbers::pi * std::sin(0.05) * std::sin(0.05));
+  sun.irradiance = {300 * e, 280 * e, 200 * e};
+  std::vector<std::size_t> numbers;
+  for (const double epsilon : {0.5, 0.1, 0.01, 0.002}) {
+    Chooser chooser;
+    const Answer answer = choose(chooser, scene, std::span(&sun, 1), {.epsilon = epsilon});
+    EXPECT_LE(true_error(p, answer.chosen.rest, answer.lights), epsilon);
+    numbers.push_back(3 * static_cast<std::size_t>(sh_count(answer.chosen.rest.band)) + 7 * answer.lights.size());
+  }
+  EXPECT_LT(numbers.front(), numbers.back());
+}
+
+TEST(Chooser, BandsWithoutIrradianceAreSentForReflectionsAlone) {
+  const Projection scene = projected(sky_and_lamp());
+  Chooser plain, glossy;
+  const Answer matte = choose(plain, scene, {}, {.epsilon = 1e-4});
+  ASSERT_GE(matte.chosen.rest.band, 4);
+  for (const std::size_t l : {3U, 5U})
+    for (std::size_t i = l * l; i < (l + 1) * (l + 1); ++i) EXPECT_EQ(matte.chosen.rest.c[i], (Radiance{})) << i;
+  const Answer shiny = choose(glossy, scene, {}, {.epsilon = 1e-4, .radiance_epsilon = 1e-4});
+  float third = 0;
+  for (std::size_t i = 9; i < 16; ++i) third += std::abs(shiny.chosen.rest.c[i].g);
+  EXPECT_GT(third, 0);
+}
+
+TEST(Chooser, ALightThatMustBeKeptIsKept) {
+  Projection scene;
+  scene.c[0] = {300, 300, 300};
+  const Light faint = lamp({0, 1, 0}, 1e-4F, 7);
+  put(faint, scene);
+  Chooser without, with;
+  EXPECT_TRUE(choose(without, scene, std::span(&faint, 1), {}).lights.empty());
+  const Answer answer = choose(with, scene, std::span(&faint, 1), {}, 0);
+  ASSERT_EQ(answer.lights.size(), 1U);
+  EXPECT_EQ(answer.lights[0].track, 7U);
+}
+
+TEST(Chooser, AskedForMoreThanItMaySendItComesAsNearAsItMay) {
+  const Projection scene = projected(sky_and_lamp());
+  Chooser chooser;
+  const Answer answer = choose(chooser, scene, {}, {.band = 2, .epsilon = 1e-4});
+  EXPECT_EQ(answer.chosen.rest.band, 2);
+  EXPECT_GT(stated(answer), 1e-4) << "and says that it is not as good as was asked";
+}
+
+/// Even light with a pattern of band 4 of the relative RMS that is given.
+Projection patterned(double share) {
+  Projection scene;
+  scene.c[0] = {10, 10, 10};
+  const double c = 10 * cosine_lobe(0) / cosine_lobe(4) * share;
+  scene.c[18] = {c, c, c};
+  return scene;
+}
+
+TEST(Chooser, ASceneThatWaversAboutTheLimitDoesNotMakeItsBandFlicker) {
+  // Band 0 may be stopped at up to 0.9 of the limit less what rounding takes.
+  std::set<int> afresh;
+  Chooser chooser;
+  int changes = 0, before = -1;
+  for (int frame = 0; frame < 100; ++frame) {
+    const Projection scene = patterned(0.0088 * (1 + 0.03 * std::sin(frame)));
+    Chooser new_one;
+    afresh.insert(choose(new_one, scene, {}, {}).chosen.rest.band);
+    const int band = choose(chooser, scene, {}, {}).chosen.rest.band;
+    changes += before >= 0 && band != before ? 1 : 0;
+    before = band;
+  }
+  EXPECT_EQ(afresh.size(), 2U) << "the scene crosses the limit";
+  EXPECT_LE(changes, 1);
+}
+
+TEST(Chooser, TwoLampsThatAreAlikeDoNotTakeTurns) {
+  Chooser chooser;
+  std::set<std::uint32_t> afresh, kept;
+  for (int frame = 0; frame < 50; ++frame) {
+    const auto waver = static_cast<float>(0.02 * std::sin(2.0 * frame));
+    const Light found[] = {lamp({1, 1, 0}, 1 + waver, 1), lamp({-1, 1, 0}, 1 - waver, 2)};
+    Projection scene;
+    scene.c[0] = {1, 1, 1};
+    for (const Light& light : found) put(light, scene);
+    Chooser new_one;
+    const Answer one = choose(new_one, scene, found, {.max_lights = 1});
+    ASSERT_EQ(one.lights.size(), 1U);
+    afresh.insert(one.lights[0].track);
+    kept.insert(choose(chooser, scene, found, {.max_lights = 1}).lights.at(0).track);
+  }
+  EXPECT_EQ(afresh.size(), 2U) << "the stronger of the two changes";
+  EXPECT_EQ(kept.size(), 1U);
+}
+
+}  // namespace
+}  // namespace lightwell::estimate

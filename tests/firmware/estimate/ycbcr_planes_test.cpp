@@ -1,0 +1,83 @@
+// YCbCr becomes the codes that rgb8_of_ycbcr601() says, on every vector unit.
+#include <array>
+#include <cstdint>
+#include <lightwell/pixel.hpp>
+
+#include <gtest/gtest.h>
+
+#include "firmware/estimate/each_target.hpp"
+#include "firmware/estimate/kernel_memory.hpp"
+#include "estimate/panorama/kernels/ycbcr_planes.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+struct Planes {
+  Guarded<std::uint8_t> r, g, b;
+  explicit Planes(std::size_t n) : r(n), g(n), b(n) {}
+  [[nodiscard]] bool guards_hold() const { return r.guards_hold() && g.guards_hold() && b.guards_hold(); }
+};
+
+TEST(YcbcrPlanes, HoldTheColourOfEveryTripleOfBytes) {
+  test::on_each_target([](const char* target) {
+    SCOPED_TRACE(target);
+    std::array<std::uint8_t, 256> luma, chroma;
+    std::array<std::uint8_t, 512> yuyv;
+    for (std::size_t i = 0; i < 256; ++i) luma[i] = static_cast<std::uint8_t>(i);
+    Planes of_nv12(256), of_yuyv(256);
+    std::uint64_t wrong = 0;
+    for (int cb = 0; cb < 256; ++cb) {
+      for (int cr = 0; cr < 256; ++cr) {
+        for (std::size_t i = 0; i < 256; ++i) {
+          chroma[i] = static_cast<std::uint8_t>(i % 2 == 0 ? cb : cr);
+          yuyv[2 * i] = luma[i];
+          yuyv[2 * i + 1] = chroma[i];
+        }
+        planes_of_nv12(luma.data(), chroma.data(), 256, of_nv12.r.data(), of_nv12.g.data(), of_nv12.b.data());
+        planes_of_yuyv(yuyv.data(), 256, of_yuyv.r.data(), of_yuyv.g.data(), of_yuyv.b.data());
+        for (std::size_t y = 0; y < 256; ++y) {
+          const auto rgb = rgb8_of_ycbcr601(static_cast<int>(y), cb, cr);
+          wrong += of_nv12.r[y] != rgb[0] || of_nv12.g[y] != rgb[1] || of_nv12.b[y] != rgb[2];
+          wrong += of_yuyv.r[y] != rgb[0] || of_yuyv.g[y] != rgb[1] || of_yuyv.b[y] != rgb[2];
+        }
+        ASSERT_EQ(wrong, 0U) << "Cb " << cb << ", Cr " << cr;
+      }
+    }
+    EXPECT_TRUE(of_nv12.guards_hold() && of_yuyv.guards_hold());
+  });
+}
+
+TEST(YcbcrPlanes, AreReadFromTheirRowAlone) {
+  test::on_each_target([](const char* target) {
+    SCOPED_TRACE(target);
+    Random random(3);
+    Fenced first(2048), second(2048);
+    for (std::size_t pixels = kFewestLanes; pixels <= 400; pixels += 2) {
+      for (const bool at_the_end : {false, true}) {
+        std::uint8_t* yuyv = first.place(2 * pixels, at_the_end);
+        fill(yuyv, 2 * pixels, 2, random);
+        Planes got(pixels);
+        planes_of_yuyv(yuyv, pixels, got.r.data(), got.g.data(), got.b.data());
+        ASSERT_TRUE(got.guards_hold()) << pixels;
+        for (std::size_t x = 0; x < pixels; ++x) {
+          const std::size_t pair = x / 2 * 4;
+          const auto rgb = rgb8_of_ycbcr601(yuyv[2 * x], yuyv[pair + 1], yuyv[pair + 3]);
+          ASSERT_TRUE(got.r[x] == rgb[0] && got.g[x] == rgb[1] && got.b[x] == rgb[2]) << x << " of " << pixels;
+        }
+        std::uint8_t* luma = first.place(pixels, at_the_end);
+        std::uint8_t* chroma = second.place(pixels, at_the_end);
+        fill(luma, pixels, 2, random);
+        fill(chroma, pixels, 2, random);
+        planes_of_nv12(luma, chroma, pixels, got.r.data(), got.g.data(), got.b.data());
+        ASSERT_TRUE(got.guards_hold()) << pixels;
+        for (std::size_t x = 0; x < pixels; ++x) {
+          const auto rgb = rgb8_of_ycbcr601(luma[x], chroma[x / 2 * 2], chroma[x / 2 * 2 + 1]);
+          ASSERT_TRUE(got.r[x] == rgb[0] && got.g[x] == rgb[1] && got.b[x] == rgb[2]) << x << " of " << pixels;
+        }
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace lightwell::estimate
