@@ -10,7 +10,6 @@
 #include <cstring>
 #include <numbers>
 
-#include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
 #include "bench/ar_output.hpp"
@@ -79,15 +78,9 @@ void measure_scene(const std::string& path, PixelFormat format, const PanoramaOp
 
   auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
-  Descriptor made;
-  if (const Status s = (*estimator)->estimate(shot.frames, made); !s.ok()) fail(s);
-  made.time.encoded_after = Duration{measure::kEncodedAfterNs};
-  Encoder encoder;
-  const auto bytes = encoder.encode(made);
-  if (!bytes) fail(bytes.status());
-  const Result<Descriptor> back = decode_descriptor(*bytes);
-  if (!back) fail(back.status());
-  const Descriptor& d = *back;
+  const Result<measure::Delivered> delivered = measure::deliver(**estimator, shot);
+  if (!delivered) fail(delivered.status());
+  const Descriptor& d = delivered->descriptor;
 
   const ref::IrradianceError e = measure::irradiance_error(*truth, [&](const ref::V3& n) {
     const Irradiance v = irradiance_at(d, vec_cast<float>(Vec3d{n.x, n.y, n.z}));
@@ -98,7 +91,7 @@ void measure_scene(const std::string& path, PixelFormat format, const PanoramaOp
     nearest =
         std::min(nearest, ref::angle_deg({l.direction.x, l.direction.y, l.direction.z}, truth->brightest->direction));
   std::printf("{\"scene\": \"%s\", \"sensor\": \"%s\", \"bytes\": %zu, \"lights\": %zu, \"band\": %d, \"flagged\": %d",
-              truth->name.c_str(), std::string(to_string(format)).c_str(), bytes->size(), d.lights.size(),
+              truth->name.c_str(), std::string(to_string(format)).c_str(), delivered->bytes, d.lights.size(),
               d.radiance.band, !std::isfinite(d.bound.total));
   number("error", e.rms);
   number("weighted", e.luminance_weighted);

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
 
 #include <lightwell/cap.hpp>
-#include <lightwell/codec.hpp>
 #include <lightwell/lighting.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
@@ -48,25 +48,14 @@ ref::Rgb discs(std::span<const Light> lights, const ref::V3& d) {
   return sum;
 }
 
-struct Delivered {
-  Lighting lighting;
-  std::size_t bytes;
-};
-
-Delivered deliver(const RigParameters& rig, const measure::Shot& shot, const EstimatorConfig& config) {
+measure::Delivered deliver(const RigParameters& rig, const measure::Shot& shot, const EstimatorConfig& config) {
   PanoramaOptions options;
   options.config = config;
   auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
-  Descriptor made;
-  if (const Status s = (*estimator)->estimate(shot.frames, made); !s.ok()) fail(s);
-  made.time.encoded_after = Duration{measure::kEncodedAfterNs};
-  Encoder encoder;
-  const auto bytes = encoder.encode(made);
-  if (!bytes) fail(bytes.status());
-  Result<Descriptor> back = decode_descriptor(*bytes);
-  if (!back) fail(back.status());
-  return {Lighting::of(std::move(*back)), bytes->size()};
+  Result<measure::Delivered> delivered = measure::deliver(**estimator, shot);
+  if (!delivered) fail(delivered.status());
+  return std::move(*delivered);
 }
 
 }  // namespace
@@ -96,8 +85,8 @@ int main() {
         config.environment_edge = kMapEdge;
         config.radiance_epsilon = kRadianceEpsilon;
       }
-      const Delivered answer = deliver(rig, shot, config);
-      const Lighting& light = answer.lighting;
+      measure::Delivered answer = deliver(rig, shot, config);
+      const Lighting light = Lighting::of(std::move(answer.descriptor));
       const measure::BallPictures ours = measure::ball_pictures(
           view, [&](const ref::V3& n) { return rgb(light.irradiance(vec(n)).value); },
           [&](const ref::V3& d, double roughness) {

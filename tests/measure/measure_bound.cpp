@@ -12,7 +12,6 @@
 #include <map>
 #include <numbers>
 
-#include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
@@ -92,15 +91,9 @@ measure::PanoramaTruth truth_of(const sim::Panorama& p) {
 }
 
 Descriptor delivered(Estimator& estimator, const measure::Shot& shot) {
-  Descriptor made;
-  if (const Status s = estimator.estimate(shot.frames, made); !s.ok()) fail(s);
-  made.time.encoded_after = Duration{measure::kEncodedAfterNs};
-  Encoder encoder;
-  const auto bytes = encoder.encode(made);
-  if (!bytes) fail(bytes.status());
-  Result<Descriptor> back = decode_descriptor(*bytes);
-  if (!back) fail(back.status());
-  return std::move(*back);
+  Result<measure::Delivered> out = measure::deliver(estimator, shot);
+  if (!out) fail(out.status());
+  return std::move(out->descriptor);
 }
 
 }  // namespace

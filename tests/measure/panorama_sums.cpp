@@ -86,29 +86,38 @@ void PanoramaSums::build(int i0, int i1, int j0, int j1) {
   moments_[at] = moments;
 }
 
-ref::Rgb PanoramaSums::irradiance(const ref::V3& n) const {
-  ref::Rgb sum{};
+template <class Whole, class Pixel>
+void PanoramaSums::walk(const ref::V3& axis, const Whole& whole, const Pixel& pixel) const {
   std::vector<std::int32_t> open{0};
   while (!open.empty()) {
     const std::int32_t at = open.back();
     open.pop_back();
     const Block& block = blocks_[index(at)];
-    const double cosine = ref::dot(n, block.centre);
-    if (cosine <= -block.radius) continue;
-    if (cosine >= block.radius) {
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += ref::dot(n, moments_[index(at)][c].vector);
-    } else if (block.second >= 0) {
+    const double cosine = ref::dot(axis, block.centre);
+    if (cosine <= -block.radius || whole(block, moments_[index(at)], cosine)) continue;
+    if (block.second >= 0) {
       open.push_back(at + 1);
       open.push_back(block.second);
-    } else {
-      const std::size_t end = index(block.first + block.pixels);
-      for (std::size_t k = index(block.first); k < end; ++k) {
-        const double product = n.x * x_[k] + n.y * y_[k] + n.z * z_[k];
-        const double weight = product > 0 ? product : 0;
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * weight_[c][k];
-      }
+      continue;
+    }
+    const std::size_t end = index(block.first + block.pixels);
+    for (std::size_t k = index(block.first); k < end; ++k) {
+      const double product = axis.x * x_[k] + axis.y * y_[k] + axis.z * z_[k];
+      pixel(k, product > 0 ? product : 0);
     }
   }
+}
+
+ref::Rgb PanoramaSums::irradiance(const ref::V3& n) const {
+  ref::Rgb sum{};
+  const auto whole = [&](const Block& block, const Moments& moments, double cosine) {
+    if (cosine < block.radius) return false;
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += ref::dot(n, moments[c].vector);
+    return true;
+  };
+  walk(n, whole, [&](std::size_t k, double cosine) {
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += cosine * weight_[c][k];
+  });
   return sum;
 }
 
@@ -118,41 +127,27 @@ ref::Rgb PanoramaSums::radiance(const ref::V3& d, double perceptual_roughness) c
   // at the end takes out.
   const double a2 = std::pow(perceptual_roughness, 4), slope = 0.5 * (1 - a2);
   std::array<double, 4> sum{};
-  std::vector<std::int32_t> open{0};
-  while (!open.empty()) {
-    const std::int32_t at = open.back();
-    open.pop_back();
-    const Block& block = blocks_[index(at)];
-    const double cosine = ref::dot(d, block.centre);
-    if (cosine <= -block.radius) continue;
+  const auto whole = [&](const Block& block, const Moments& moments, double cosine) {
     // |l - d|^2 = 2 (1 - cosine) is about theta^2.
     const bool small = block.radius * block.radius <= kOpening * kOpening * (4 * a2 + 2 * (1 - cosine));
-    if (small && (cosine >= block.radius || block.radius <= kHorizon)) {
-      const Moments& moments = moments_[index(at)];
-      for (std::size_t c = 0; c < 4; ++c) {
-        const Moment& m = moments[c];
-        const double t = ref::dot(d, m.centroid);
-        if (t <= 0) continue;
-        const double inverse = 1 / (a2 + slope * (1 - t)), inverse2 = inverse * inverse;
-        const double curvature = (4 * slope + 6 * slope * slope * t * inverse) * inverse2 * inverse;  // d2k / dt2
-        // The variance of t = d . l, the block spread evenly in its plane: per axis, times sin^2.
-        const double variance = m.spread * std::max(0.0, 1 - t * t);
-        sum[c] += m.sum * (t * inverse2 + 0.5 * curvature * variance);
-      }
-    } else if (block.second >= 0) {
-      open.push_back(at + 1);
-      open.push_back(block.second);
-    } else {
-      const std::size_t end = index(block.first + block.pixels);
-      for (std::size_t k = index(block.first); k < end; ++k) {
-        const double product = d.x * x_[k] + d.y * y_[k] + d.z * z_[k];
-        const double t = product > 0 ? product : 0;
-        const double inverse = 1 / (a2 + slope * (1 - t));
-        const double weight = t * inverse * inverse;
-        for (std::size_t c = 0; c < 4; ++c) sum[c] += weight * weight_[c][k];
-      }
+    if (!small || (cosine < block.radius && block.radius > kHorizon)) return false;
+    for (std::size_t c = 0; c < 4; ++c) {
+      const Moment& m = moments[c];
+      const double t = ref::dot(d, m.centroid);
+      if (t <= 0) continue;
+      const double inverse = 1 / (a2 + slope * (1 - t)), inverse2 = inverse * inverse;
+      const double curvature = (4 * slope + 6 * slope * slope * t * inverse) * inverse2 * inverse;  // d2k / dt2
+      // The variance of t = d . l, the block spread evenly in its plane: per axis, times sin^2.
+      const double variance = m.spread * std::max(0.0, 1 - t * t);
+      sum[c] += m.sum * (t * inverse2 + 0.5 * curvature * variance);
     }
-  }
+    return true;
+  };
+  walk(d, whole, [&](std::size_t k, double t) {
+    const double inverse = 1 / (a2 + slope * (1 - t));
+    const double weight = t * inverse * inverse;
+    for (std::size_t c = 0; c < 4; ++c) sum[c] += weight * weight_[c][k];
+  });
   return {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3]};
 }
 

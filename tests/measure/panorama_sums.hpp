@@ -44,6 +44,10 @@ class PanoramaSums {
   using Moments = std::array<Moment, 4>;  ///< r, g, b, and the solid angle.
 
   void build(int i0, int i1, int j0, int j1);
+  /// Blocks and pixels that `axis` may see. `whole(block, moments, cosine of its centre)` takes a block as one, or
+  /// returns false for it to be opened; `pixel(index, cosine, at least 0)` takes what is left.
+  template <class Whole, class Pixel>
+  void walk(const reference::V3& axis, const Whole& whole, const Pixel& pixel) const;
 
   reference::Panorama panorama_;
   std::vector<Block> blocks_;  ///< Depth first.

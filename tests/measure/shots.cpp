@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <lightwell/codec.hpp>
 #include <utility>
 
 #include "sim/rigs.hpp"
@@ -85,6 +86,18 @@ double mean_of(const LensRadiance& radiance) {
     }
   }
   return sum / std::max(seen, 1.0);
+}
+
+Result<Delivered> deliver(Estimator& estimator, const Shot& shot) {
+  Descriptor made;
+  if (const Status s = estimator.estimate(shot.frames, made); !s.ok()) return s;
+  made.time.encoded_after = Duration{30'000'000};
+  Encoder encoder;
+  const auto bytes = encoder.encode(made);
+  if (!bytes) return bytes.status();
+  Result<Descriptor> back = decode_descriptor(*bytes);
+  if (!back) return back.status();
+  return Delivered{std::move(*back), bytes->size()};
 }
 
 }  // namespace lightwell::measure

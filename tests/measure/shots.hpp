@@ -7,9 +7,12 @@
 #include <vector>
 
 #include <lightwell/calibration.hpp>
+#include <lightwell/descriptor.hpp>
 #include <lightwell/pixel.hpp>
+#include <lightwell/status.hpp>
 
 #include "camera/frame.hpp"
+#include "estimate/estimator.hpp"
 #include "sim/render.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"
@@ -59,7 +62,12 @@ class Camera {
 [[nodiscard]] double peak_of(const LensRadiance& radiance);
 [[nodiscard]] double mean_of(const LensRadiance& radiance);
 
-/// What a daemon says of the time of encoding: 30 ms after mid-exposure.
-inline constexpr std::int64_t kEncodedAfterNs = 30'000'000;
+/// What an application gets.
+struct Delivered {
+  Descriptor descriptor;
+  std::size_t bytes = 0;  ///< Of the message.
+};
+/// From the frames through the estimator and over the wire: encoded, as a daemon says, 30 ms after mid-exposure.
+[[nodiscard]] Result<Delivered> deliver(Estimator& estimator, const Shot& shot);
 
 }  // namespace lightwell::measure

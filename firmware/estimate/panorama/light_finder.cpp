@@ -32,16 +32,12 @@ constexpr double kCompactAtPole = 2048;
 /// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side moves
 /// a centroid of n pixels by less than a pixel over sqrt(n).
 constexpr std::size_t kRimmedCore = 256;
-/// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees but
-/// a part of itself: the other lens tells it.
-constexpr double kLeastShare = 0.1;
 /// How much of a light that is one sample of colour may be wrong, one deviation: how much of the sample it covers is
 /// anything from nothing to all, which deviates by 0.29 of it, and three channels share that.
 constexpr double kEdgeDoubt = 0.2;
 constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions are numbered up to kMostRegions.
 constexpr std::size_t kMostFlood = 4096;
 constexpr std::size_t kMostParts = 65536;
-constexpr std::size_t kMostSlots = 2048;
 constexpr std::size_t kMostRegionPixels = 400'000;
 
 /// Of the light of a disc that is `samples` samples of colour large, what those on its edge may get wrong together where
@@ -50,57 +46,40 @@ double at_the_edge(double samples) {
   return std::min(1.0, std::sqrt(2 * std::sqrt(std::numbers::pi)) * std::pow(std::max(samples, 1e-9), -0.75));
 }
 
-int widest(const RigTable& table) {
-  int w = 0;
-  for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
-  return w;
-}
-
 }  // namespace
 
 LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
-    : table_(table), layout_(layout), row_(widest(table)), slots_(std::min(kMostSlots, layout.size())) {
-  PixelId pixels = 0;
-  for (const LensTable& lens : table.lenses) {
-    lens_first_.push_back(pixels);
-    pixels += static_cast<PixelId>(lens.width) * static_cast<PixelId>(lens.height);
-  }
-  lens_first_.push_back(pixels);
-  claimed_.resize(pixels);
+    : layout_(layout), pixels_(table, layout) {
+  claimed_.resize(pixels_.size());
   owner_.resize(layout.size());
   owned_.reserve(layout.size());
   flood_.reserve(kMostFlood + 1);
   flood_mark_.resize(layout.size());
-  region_.reserve(std::min<std::size_t>(pixels, kMostRegionPixels) + 16);
+  region_.reserve(std::min(pixels_.size(), kMostRegionPixels) + 16);
   all_claimed_.reserve(region_.capacity());
   candidates_.reserve(layout.size() + 1);
   region_irradiance_.resize(kMostRegions + 1);
   parts_.reserve(kMostParts);
   region_of_light_.reserve(kMaxLights + 1);
-  slot_of_block_.assign(layout.size(), -1);
-  loaded_.reserve(slots_);
-  pool_.resize(slots_ * static_cast<std::size_t>(layout.edge()) * static_cast<std::size_t>(layout.edge()));
   // Every pixel of a core has eight neighbours, which are others' too.
   rim_.reserve(4 * kRimmedCore);
-  pixel_sr_ = pixel_side(table) * pixel_side(table);
-  least_of_twins_ = static_cast<float>(kLeastShare * pixel_sr_);
   compact_blocks_ = std::max<std::size_t>(9, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
-  plan_neighbours();
+  plan_neighbours(table);
 }
 
-void LightFinder::plan_neighbours() {
+void LightFinder::plan_neighbours(const RigTable& table) {
   std::vector<std::uint32_t> found;
   for (std::size_t block = 0; block < layout_.size(); ++block) {
     beside_first_.push_back(static_cast<std::uint32_t>(beside_.size()));
     const BlockLayout::Place p = layout_.place(block);
-    const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
+    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
     found.clear();
     for (int y = p.y; y < p.y + p.height; ++y) {
       for (int x = p.x; x < p.x + p.width; ++x) {
         const bool rim = x == p.x || y == p.y || x == p.x + p.width - 1 || y == p.y + p.height - 1;
         const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
         if (!rim && (lens.twin.empty() || lens.twin[i] < 0)) continue;
-        for_neighbours({p.lens, x, y}, [&](PixelPlace n, PixelId) {
+        pixels_.for_neighbours({p.lens, x, y}, [&](Place n, PixelId) {
           const auto other = static_cast<std::uint32_t>(layout_.block_of(n.lens, n.x, n.y));
           if (other != block && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
         });
@@ -111,91 +90,23 @@ void LightFinder::plan_neighbours() {
   beside_first_.push_back(static_cast<std::uint32_t>(beside_.size()));
 }
 
-LightFinder::PixelId LightFinder::id_of(int lens, int x, int y) const {
-  const int width = table_.lenses[static_cast<std::size_t>(lens)].width;
-  return lens_first_[static_cast<std::size_t>(lens)] + static_cast<PixelId>(y) * static_cast<PixelId>(width) +
-         static_cast<PixelId>(x);
-}
-
-void LightFinder::load(RowReader& reader, std::uint32_t block) {
-  if (slot_of_block_[block] >= 0 || loaded_.size() >= slots_) return;
-  const auto edge = static_cast<std::size_t>(layout_.edge());
-  const std::size_t slot = loaded_.size();
-  slot_of_block_[block] = static_cast<std::int32_t>(slot);
-  loaded_.push_back(block);
+LightFinder::Place LightFinder::peak_pixel(std::uint32_t block, float& peak) const {
   const BlockLayout::Place p = layout_.place(block);
-  const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-  ReadingCounts ignored;  // The pass over all pixels has counted these already.
-  for (int y = 0; y < p.height; ++y) {
-    reader.read(p.lens, p.y + y, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
-    const std::size_t at = static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) +
-                           static_cast<std::size_t>(p.x);
-    for (int x = 0; x < p.width; ++x) {
-      const auto i = static_cast<std::size_t>(x);
-      PixelLight& out = pool_[(slot * edge + static_cast<std::size_t>(y)) * edge + i];
-      out = {};
-      if (!(lens.solid_angle[at + i] > 0)) continue;
-      out = {row_.r[i], row_.g[i], row_.b[i], 0.2126F * row_.r[i] + 0.7152F * row_.g[i] + 0.0722F * row_.b[i]};
-    }
-  }
-}
-
-LightFinder::PixelPlace LightFinder::peak_pixel(std::uint32_t block, float& peak) const {
-  const auto edge = static_cast<std::size_t>(layout_.edge());
-  const BlockLayout::Place p = layout_.place(block);
-  const auto slot = static_cast<std::size_t>(slot_of_block_[block]);
-  PixelPlace at{p.lens, p.x, p.y};
+  Place at{p.lens, p.x, p.y};
   peak = 0;
-  for (int y = 0; y < p.height; ++y) {
-    for (int x = 0; x < p.width; ++x) {
-      const PixelLight& l = pool_[(slot * edge + static_cast<std::size_t>(y)) * edge + static_cast<std::size_t>(x)];
-      const PixelPlace here{p.lens, p.x + x, p.y + y};
-      if (!(l.luminance > peak) || claimed_[id_of(here.lens, here.x, here.y)] != 0 || at_edge(here)) continue;
-      peak = l.luminance;
+  for (int y = p.y; y < p.y + p.height; ++y) {
+    for (int x = p.x; x < p.x + p.width; ++x) {
+      const Place here{p.lens, x, y};
+      const float luminance = pixels_.light(here).luminance;
+      if (!(luminance > peak) || claimed_[pixels_.id(here)] != 0 || pixels_.at_edge(here)) continue;
+      peak = luminance;
       at = here;
     }
   }
   return at;
 }
 
-template <class Visit>
-void LightFinder::for_neighbours(PixelPlace p, Visit&& visit) const {
-  const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-  const bool inside = p.x > 0 && p.y > 0 && p.x + 1 < lens.width && p.y + 1 < lens.height;
-  for (int dy = -1; dy <= 1; ++dy) {
-    if (inside) {
-      const PixelId middle = id_of(p.lens, p.x, p.y + dy);
-      visit(PixelPlace{p.lens, p.x - 1, p.y + dy}, middle - 1);
-      if (dy != 0) visit(PixelPlace{p.lens, p.x, p.y + dy}, middle);
-      visit(PixelPlace{p.lens, p.x + 1, p.y + dy}, middle + 1);
-      continue;
-    }
-    for (int dx = -1; dx <= 1; ++dx) {
-      if (dx == 0 && dy == 0) continue;
-      int x = p.x + dx, y = p.y + dy;
-      if (lens.equirectangular) {
-        if (y < 0 || y >= lens.height) {
-          // Across the pole lies the same row, half a turn on.
-          y = p.y;
-          x += lens.width / 2;
-        }
-        x = (x % lens.width + lens.width) % lens.width;
-      } else if (x < 0 || y < 0 || x >= lens.width || y >= lens.height) {
-        continue;
-      }
-      visit(PixelPlace{p.lens, x, y}, id_of(p.lens, x, y));
-    }
-  }
-  if (lens.twin.empty()) return;
-  const std::int32_t twin = lens.twin[static_cast<std::size_t>(p.y) * static_cast<std::size_t>(lens.width) +
-                                      static_cast<std::size_t>(p.x)];
-  if (twin < 0) return;
-  const int other = 1 - p.lens, other_width = table_.lenses[static_cast<std::size_t>(other)].width;
-  visit(PixelPlace{other, twin % other_width, twin / other_width},
-        lens_first_[static_cast<std::size_t>(other)] + static_cast<PixelId>(twin));
-}
-
-void LightFinder::claim(PixelPlace place, PixelId id, const PixelLight& light) {
+void LightFinder::claim(Place place, PixelId id, const PixelLight& light) {
   claimed_[id] = number_;
   region_.push_back({place, id, light});
   all_claimed_.push_back(id);
@@ -234,7 +145,7 @@ double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint
 
 void LightFinder::grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach) {
   for (std::size_t next = 0; next < region_.size(); ++next) {
-    for_neighbours(region_[next].place, [&](PixelPlace p, PixelId id) {
+    pixels_.for_neighbours(region_[next].place, [&](Place p, PixelId id) {
       if (const std::uint8_t other = claimed_[id]; other != 0) {
         if (other != number_ && (parent_ == 0 || region_irradiance_[other] > region_irradiance_[parent_])) parent_ = other;
         return;
@@ -242,90 +153,63 @@ void LightFinder::grow(RowReader& reader, RegionPart part, float floor, Vec3f ax
       // Beyond the blocks that the flood reached nothing is bright enough.
       const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
       if (flood_mark_[block] != flood_number_ || all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
-      const PixelLight* light = light_at(reader, p);
+      const PixelLight* light = pixels_.light(reader, p);
       if (light == nullptr || light->luminance < floor) return;
-      if (part == RegionPart::core && at_edge(p)) return;
-      const RegionPixel pixel{p, id, *light};
-      if (solid_angle(pixel) > 0 && dot(direction(pixel), axis) >= cos_reach) claim(p, id, *light);
+      if (part == RegionPart::core && pixels_.at_edge(p)) return;
+      const BrightPixels::Pixel pixel{p, id, *light};
+      if (pixels_.solid_angle(pixel) > 0 && dot(pixels_.direction(pixel), axis) >= cos_reach) claim(p, id, *light);
     });
   }
-}
-
-bool LightFinder::at_edge(PixelPlace p) const {
-  const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-  const std::size_t i = static_cast<std::size_t>(p.y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x);
-  return !lens.twin.empty() && lens.twin[i] >= 0 && lens.solid_angle[i] < least_of_twins_;
-}
-
-Vec3f LightFinder::direction(const RegionPixel& pixel) const {
-  const auto lens = static_cast<std::size_t>(pixel.place.lens);
-  return table_.lenses[lens].direction[pixel.id - lens_first_[lens]];
-}
-
-float LightFinder::solid_angle(const RegionPixel& pixel) const {
-  const auto lens = static_cast<std::size_t>(pixel.place.lens);
-  return table_.lenses[lens].solid_angle[pixel.id - lens_first_[lens]];
-}
-
-const LightFinder::PixelLight* LightFinder::light_at(RowReader& reader, PixelPlace p) {
-  const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-  if (slot_of_block_[block] < 0) load(reader, static_cast<std::uint32_t>(block));
-  const std::int32_t slot = slot_of_block_[block];
-  if (slot < 0) return nullptr;
-  const int mask = layout_.edge() - 1, shift = layout_.shift();
-  return &pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
 }
 
 Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, float peak, float dark) {
   Vec3d toward;
-  const auto add = [&](const RegionPixel& pixel, float luminance) {
-    toward += vec_cast<double>(direction(pixel)) * (static_cast<double>(luminance) * solid_angle(pixel));
+  const auto add = [&](const BrightPixels::Pixel& pixel, float luminance) {
+    toward += vec_cast<double>(pixels_.direction(pixel)) * (static_cast<double>(luminance) * pixels_.solid_angle(pixel));
   };
-  for (const RegionPixel& pixel : region_) add(pixel, pixel.light.luminance);
+  for (const BrightPixels::Pixel& pixel : region_) add(pixel, pixel.light.luminance);
   if (region_.size() > kRimmedCore) return normalized(toward);
   // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share. Blocks that are
   // dark all over hold none of it and need not be read.
-  const auto is_dark = [&](PixelPlace p) {
+  const auto is_dark = [&](Place p) {
     const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-    return slot_of_block_[block] < 0 && sums.peak[block] < dark;
+    return !pixels_.has(block) && sums.peak[block] < dark;
   };
   rim_.clear();
-  for (const RegionPixel& pixel : region_)
-    for_neighbours(pixel.place, [&](PixelPlace p, PixelId id) {
+  for (const BrightPixels::Pixel& pixel : region_)
+    pixels_.for_neighbours(pixel.place, [&](Place p, PixelId id) {
       if (claimed_[id] != 0 || rim_.size() == rim_.capacity() || is_dark(p)) return;
-      const PixelLight* light = light_at(reader, p);
+      const PixelLight* light = pixels_.light(reader, p);
       if (light == nullptr) return;
       claimed_[id] = kRim;
       rim_.push_back({p, id, *light});
     });
-  for (const RegionPixel& pixel : rim_) {
+  for (const BrightPixels::Pixel& pixel : rim_) {
     float beside = pixel.light.luminance;
-    for_neighbours(pixel.place, [&](PixelPlace p, PixelId id) {
+    pixels_.for_neighbours(pixel.place, [&](Place p, PixelId id) {
       if (is_dark(p)) {
         beside = std::min(beside, sums.peak[layout_.block_of(p.lens, p.x, p.y)]);
         return;
       }
-      const PixelLight* light = light_at(reader, p);
-      if (light != nullptr && solid_angle({p, id, *light}) > 0) beside = std::min(beside, light->luminance);
+      const PixelLight* light = pixels_.light(reader, p);
+      if (light != nullptr && pixels_.solid_angle({p, id, *light}) > 0) beside = std::min(beside, light->luminance);
     });
     if (beside < 0.1F * peak) add(pixel, pixel.light.luminance - beside);
   }
-  for (const RegionPixel& pixel : rim_) claimed_[pixel.id] = 0;
+  for (const BrightPixels::Pixel& pixel : rim_) claimed_[pixel.id] = 0;
   return normalized(toward);
 }
 
 bool LightFinder::is_compact(const CellGrid& grid) const {
   if (flood_.size() <= compact_blocks_) return true;
-  if (flood_.size() > slots_) return false;
+  if (flood_.size() > pixels_.most_blocks()) return false;
   double sr = 0;
   for (const std::uint32_t block : flood_) sr += grid.solid_angle(block);
-  return sr <= kCompactAtPole * pixel_sr_;
+  return sr <= kCompactAtPole * pixels_.mean_solid_angle();
 }
 
 double LightFinder::wrong_at_edge(const RowReader& reader, const BlockSums& sums, const Gathered& light) const {
-  const auto luminance = [](const double (&c)[3]) {
-    return kLuminanceWeights[0] * c[0] + kLuminanceWeights[1] * c[1] + kLuminanceWeights[2] * c[2];
-  };
+  const auto luminance = [](const double (&c)[3]) { return luminance_of(c[0], c[1], c[2]); };
   const double own = luminance(light.irradiance);
   if (!reader.has_luma()) return own;
   // Luma is each pixel's own: only what differs in colour from the light around comes out wrong.
@@ -360,9 +244,9 @@ void LightFinder::take_out(std::size_t k, std::span<CellSum> sums) const {
 }
 
 void LightFinder::gather_pixels(Vec3d axis, Gathered& out) {
-  for (const RegionPixel& pixel : region_) {
+  for (const BrightPixels::Pixel& pixel : region_) {
     const PixelLight& l = pixel.light;
-    const double sr = solid_angle(pixel), c = dot(vec_cast<double>(direction(pixel)), axis);
+    const double sr = pixels_.solid_angle(pixel), c = dot(vec_cast<double>(pixels_.direction(pixel)), axis);
     const auto a = static_cast<float>(sr);
     note(static_cast<std::uint32_t>(layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y)),
          {l.r * a, l.g * a, l.b * a});
@@ -378,7 +262,7 @@ void LightFinder::gather_blocks(const BlockSums& sums, const CellGrid& grid, flo
   for (const std::uint32_t block : flood_) {
     const CellSum& s = sums.sum[block];
     // What has pixels in the region already, or is not bright all over, stays with the harmonics.
-    if (slot_of_block_[block] >= 0 || !(s.luminance() >= floor * grid.solid_angle(block))) continue;
+    if (pixels_.has(block) || !(s.luminance() >= floor * grid.solid_angle(block))) continue;
     owner_[block] = number_;
     owned_.push_back(block);
     const Vec3d d = vec_cast<double>(grid.direction(block));
@@ -394,7 +278,7 @@ void LightFinder::gather_blocks(const BlockSums& sums, const CellGrid& grid, flo
 }
 
 Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const CellGrid& grid, std::uint32_t block,
-                                PixelPlace peak_at, float peak, float skirt, bool compact) {
+                                Place peak_at, float peak, float skirt, bool compact) {
   Light out;
   region_.clear();
   Gathered all;
@@ -402,18 +286,14 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
   double variance = 0;
   std::size_t core = 0;
   if (compact) {
-    const auto edge = static_cast<std::size_t>(layout_.edge());
-    const auto slot = static_cast<std::size_t>(slot_of_block_[block]);
-    const BlockLayout::Place p = layout_.place(block);
-    claim(peak_at, id_of(peak_at.lens, peak_at.x, peak_at.y),
-          pool_[(slot * edge + static_cast<std::size_t>(peak_at.y - p.y)) * edge + static_cast<std::size_t>(peak_at.x - p.x)]);
+    claim(peak_at, pixels_.id(peak_at), pixels_.light(peak_at));
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
     grow(reader, RegionPart::core, 0.5F * peak, {}, -2);
     core = region_.size();
     axis = core_direction(reader, sums, peak, skirt);
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
-    for (std::size_t k = 0; k < core; ++k) core_sr += solid_angle(region_[k]);
+    for (std::size_t k = 0; k < core; ++k) core_sr += pixels_.solid_angle(region_[k]);
     // The centroid of n square pixels of known edges: each tells a position to edge/sqrt(12), and a tenth of a pixel is
     // lost to what pixels do not tell of the light within them.
     const int shared = reader.pixels_per_color();
@@ -460,8 +340,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
   all_claimed_.clear();
   for (const std::uint32_t block : owned_) owner_[block] = 0;
   owned_.clear();
-  for (const std::uint32_t block : loaded_) slot_of_block_[block] = -1;
-  loaded_.clear();
+  pixels_.forget();
   candidates_.clear();
   parts_.clear();
   region_of_light_.clear();
@@ -496,11 +375,11 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
 
     (void)flood(sums, grid, c.block, 0.5F * c.peak, -2);
     bool compact = is_compact(grid);
-    PixelPlace peak_at{};
+    Place peak_at{};
     float peak = c.peak;
     if (compact) {
-      load(reader, c.block);
-      compact = slot_of_block_[c.block] >= 0;
+      pixels_.read(reader, c.block);
+      compact = pixels_.has(c.block);
     }
     if (compact) {
       // The block's peak is a bound, and what is left of the block may be darker than when it was queued: then it waits

@@ -20,6 +20,7 @@
 #include "calibration/lens_table.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/panorama/blocks.hpp"
+#include "estimate/panorama/bright_pixels.hpp"
 #include "estimate/panorama/row_reader.hpp"
 
 namespace lightwell::estimate {
@@ -42,7 +43,9 @@ class LightFinder {
   void take_out(std::size_t k, std::span<CellSum> sums) const;
 
  private:
-  using PixelId = std::uint32_t;  ///< Of all lenses one after another.
+  using PixelId = BrightPixels::Id;
+  using PixelLight = BrightPixels::Light;
+  using Place = BrightPixels::Place;
   struct Part {
     std::uint32_t block;
     std::uint8_t region;
@@ -53,18 +56,7 @@ class LightFinder {
     std::uint32_t block;
     friend bool operator<(const Candidate& a, const Candidate& b) { return a.peak < b.peak; }
   };
-  struct PixelPlace {
-    int lens, x, y;
-  };
-  struct PixelLight {
-    float r, g, b, luminance;
-  };
   enum class RegionPart { core, skirt };
-  struct RegionPixel {
-    PixelPlace place;
-    PixelId id;
-    PixelLight light;
-  };
   /// Sums over a region as they grow.
   struct Gathered {
     Vec3d toward;
@@ -72,25 +64,15 @@ class LightFinder {
     double weight = 0, spread = 0;
   };
 
-  void plan_neighbours();
-  void load(RowReader& reader, std::uint32_t block);
-  [[nodiscard]] PixelId id_of(int lens, int x, int y) const;
-  [[nodiscard]] PixelPlace peak_pixel(std::uint32_t block, float& peak) const;
-  template <class Visit>
-  void for_neighbours(PixelPlace p, Visit&& visit) const;
+  void plan_neighbours(const RigTable& table);
+  /// The brightest pixel of a block that no region has yet.
+  [[nodiscard]] Place peak_pixel(std::uint32_t block, float& peak) const;
   /// Fills flood_ with the blocks connected to `block` (itself first) whose peak is at least `floor`, within cos_reach
   /// of it; stops at kMostFlood. Returns their luminance together, over that of the darkest block around them.
   double flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, float cos_reach);
-  void claim(PixelPlace place, PixelId id, const PixelLight& light);
+  void claim(Place place, PixelId id, const PixelLight& light);
   /// Adds to the region all that is connected to it, at least `floor` bright and within `cos_reach` of `axis`.
   void grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach);
-  /// Of what two lenses see: whether this pixel is at its lens's edge, where it sees but a part of itself. Its light
-  /// counts, but does not tell where the light is.
-  [[nodiscard]] bool at_edge(PixelPlace place) const;
-  [[nodiscard]] Vec3f direction(const RegionPixel& pixel) const;
-  [[nodiscard]] float solid_angle(const RegionPixel& pixel) const;
-  /// Null where no room is left to read its block.
-  [[nodiscard]] const PixelLight* light_at(RowReader& reader, PixelPlace place);
   /// Centroid of the region as it is a core alone; zero where it is dark. Blocks without a pixel of `dark` are not read.
   [[nodiscard]] Vec3d core_direction(RowReader& reader, const BlockSums& sums, float peak, float dark);
   /// Whether flood_ is few enough pixels, or small enough, to be walked pixel by pixel.
@@ -102,11 +84,10 @@ class LightFinder {
   [[nodiscard]] double wrong_at_edge(const RowReader& reader, const BlockSums& sums, const Gathered& light) const;
   void note(std::uint32_t block, const CellSum& light);
   [[nodiscard]] Light region_light(RowReader& reader, const BlockSums& sums, const CellGrid& grid, std::uint32_t block,
-                                   PixelPlace peak_at, float peak, float skirt, bool compact);
+                                   Place peak_at, float peak, float skirt, bool compact);
 
-  const RigTable& table_;
   const BlockLayout& layout_;
-  std::vector<PixelId> lens_first_;
+  BrightPixels pixels_;
   /// Blocks beside each block, across seams, poles and lenses: first_[b] to first_[b + 1] of beside_.
   std::vector<std::uint32_t> beside_first_, beside_;
   std::vector<std::uint8_t> claimed_;  ///< 0, or the number of the region that a pixel belongs to.
@@ -117,20 +98,13 @@ class LightFinder {
   std::vector<float> region_irradiance_;
   std::vector<Part> parts_;                  ///< Of all regions, by ascending region.
   std::vector<std::uint8_t> region_of_light_;
-  std::vector<RegionPixel> region_, rim_;
+  std::vector<BrightPixels::Pixel> region_, rim_;
   std::vector<PixelId> all_claimed_;
   double doubt2_ = 0;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> flood_, flood_mark_;
   std::uint32_t flood_number_ = 0;
-  std::vector<std::int32_t> slot_of_block_;
-  std::vector<std::uint32_t> loaded_;
-  std::vector<PixelLight> pool_;  ///< edge² entries a slot.
-  LinearRow row_;
-  std::size_t slots_;
   std::size_t compact_blocks_ = 0;
-  double pixel_sr_ = 0;  ///< Of a mean pixel.
-  float least_of_twins_ = 0;
 };
 
 }  // namespace lightwell::estimate

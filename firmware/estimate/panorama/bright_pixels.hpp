@@ -1,0 +1,127 @@
+// The pixels of the few blocks that are bright: read once a frame, each with its place among the others on the sphere.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <lightwell/geometry.hpp>
+#include <vector>
+
+#include "calibration/lens_table.hpp"
+#include "estimate/panorama/blocks.hpp"
+#include "estimate/panorama/row_reader.hpp"
+
+namespace lightwell::estimate {
+
+class BrightPixels {
+ public:
+  using Id = std::uint32_t;  ///< Of all lenses one after another.
+  struct Place {
+    int lens, x, y;
+  };
+  struct Light {
+    float r, g, b, luminance;
+  };
+  struct Pixel {
+    Place place;
+    Id id;
+    Light light;
+  };
+
+  /// The tables stay the caller's.
+  BrightPixels(const RigTable& table, const BlockLayout& layout);
+
+  /// How many pixels there are, read or not.
+  [[nodiscard]] std::size_t size() const { return lens_first_.back(); }
+  /// How many blocks can be read in a frame.
+  [[nodiscard]] std::size_t most_blocks() const { return most_blocks_; }
+  /// Solid angle of a mean pixel, sr.
+  [[nodiscard]] double mean_solid_angle() const { return mean_sr_; }
+
+  /// Before a new frame.
+  void forget();
+  /// Nothing where it is read already, or where no room is left.
+  void read(RowReader& reader, std::size_t block);
+  [[nodiscard]] bool has(std::size_t block) const { return slot_of_block_[block] >= 0; }
+
+  /// Of a pixel whose block has been read.
+  [[nodiscard]] const Light& light(Place p) const {
+    const std::int32_t slot = slot_of_block_[layout_.block_of(p.lens, p.x, p.y)];
+    const int mask = layout_.edge() - 1, shift = layout_.shift();
+    return pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
+  }
+  /// Null where no room is left to read its block.
+  [[nodiscard]] const Light* light(RowReader& reader, Place place);
+
+  [[nodiscard]] Id id(Place p) const { return lens_first_[static_cast<std::size_t>(p.lens)] + static_cast<Id>(index(p)); }
+  [[nodiscard]] Vec3f direction(const Pixel& pixel) const {
+    return lens(pixel.place).direction[pixel.id - lens_first_[static_cast<std::size_t>(pixel.place.lens)]];
+  }
+  [[nodiscard]] float solid_angle(const Pixel& pixel) const {
+    return lens(pixel.place).solid_angle[pixel.id - lens_first_[static_cast<std::size_t>(pixel.place.lens)]];
+  }
+  /// Of what two lenses see: whether this pixel is at its lens's edge, where it sees but a part of itself. Its light
+  /// counts, but does not tell where the light is.
+  [[nodiscard]] bool at_edge(Place place) const;
+
+  /// Calls `visit(place, id)` for the eight pixels around, across seam and poles, and for the one in the other lens that
+  /// sees the same direction.
+  template <class Visit>
+  void for_neighbours(Place p, Visit&& visit) const;
+
+ private:
+  [[nodiscard]] const LensTable& lens(Place p) const { return table_.lenses[static_cast<std::size_t>(p.lens)]; }
+  /// Within its lens.
+  [[nodiscard]] std::size_t index(Place p) const {
+    return static_cast<std::size_t>(p.y) * static_cast<std::size_t>(lens(p).width) + static_cast<std::size_t>(p.x);
+  }
+
+  const RigTable& table_;
+  const BlockLayout& layout_;
+  std::size_t most_blocks_;
+  double mean_sr_;
+  float least_of_twins_;
+  std::vector<Id> lens_first_;
+  std::vector<std::int32_t> slot_of_block_;
+  std::vector<std::uint32_t> blocks_;  ///< That have been read, by slot.
+  std::vector<Light> pool_;            ///< edge² entries a slot.
+  LinearRow row_;
+};
+
+template <class Visit>
+void BrightPixels::for_neighbours(Place p, Visit&& visit) const {
+  const LensTable& own = lens(p);
+  const bool inside = p.x > 0 && p.y > 0 && p.x + 1 < own.width && p.y + 1 < own.height;
+  for (int dy = -1; dy <= 1; ++dy) {
+    if (inside) {
+      const Id middle = id({p.lens, p.x, p.y + dy});
+      visit(Place{p.lens, p.x - 1, p.y + dy}, middle - 1);
+      if (dy != 0) visit(Place{p.lens, p.x, p.y + dy}, middle);
+      visit(Place{p.lens, p.x + 1, p.y + dy}, middle + 1);
+      continue;
+    }
+    for (int dx = -1; dx <= 1; ++dx) {
+      if (dx == 0 && dy == 0) continue;
+      int x = p.x + dx, y = p.y + dy;
+      if (own.equirectangular) {
+        if (y < 0 || y >= own.height) {
+          // Across the pole lies the same row, half a turn on.
+          y = p.y;
+          x += own.width / 2;
+        }
+        x = (x % own.width + own.width) % own.width;
+      } else if (x < 0 || y < 0 || x >= own.width || y >= own.height) {
+        continue;
+      }
+      const Place there{p.lens, x, y};
+      visit(there, id(there));
+    }
+  }
+  if (own.twin.empty()) return;
+  const std::int32_t twin = own.twin[index(p)];
+  if (twin < 0) return;
+  const int other = 1 - p.lens, other_width = table_.lenses[static_cast<std::size_t>(other)].width;
+  visit(Place{other, twin % other_width, twin / other_width},
+        lens_first_[static_cast<std::size_t>(other)] + static_cast<Id>(twin));
+}
+
+}  // namespace lightwell::estimate
