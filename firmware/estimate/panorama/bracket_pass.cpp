@@ -306,7 +306,7 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   if (!quads) {
     const std::uint8_t* here = row_of(view, y) + 2 * from;
     fetch(here, ahead_of(chunk, y, stride, 2), 2 * pixels);
-    planes_of_yuyv(here, pixels, upper[0], upper[1], upper[2]);
+    planes_of_yuyv(here, pixels, {upper[0], upper[1], upper[2]});
     shared_tops(upper, nullptr, pixels, saturated_from, plane(0, 3) + from, nullptr);
     return;
   }
@@ -317,8 +317,7 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   fetch(here + stride, ahead, pixels);
   // Half as many rows of chroma as of luma lie between.
   fetch(chroma, y + 2 < chunk.top + chunk.rows ? stride : ahead + stride * (chunk.rows / 2 - 1), pixels);
-  planes_of_nv12(here, chroma, pixels, upper[0], upper[1], upper[2]);
-  planes_of_nv12(here + stride, chroma, pixels, lower[0], lower[1], lower[2]);
+  planes_of_nv12(here, here + stride, chroma, pixels, {upper[0], upper[1], upper[2]}, {lower[0], lower[1], lower[2]});
   shared_tops(upper, &lower, pixels, saturated_from, plane(0, 3) + from, plane(1, 3) + from);
 }
 

@@ -38,7 +38,7 @@ CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockL
     : table_(table), layout_(layout), blocks_(layout.size()), planes_(3 * kMostRows * kChunk) {
   const auto edge = static_cast<std::size_t>(layout.edge());
   const std::size_t columns = (static_cast<std::size_t>(widest(table)) + edge - 1) / edge;
-  groups_.assign(3, Scratch(3 * columns * edge + 2 * kFewestLanes));
+  groups_.assign(3, Scratch(3 * columns * edge + kFewestLanes + kBlockRoom));
   if (layout.edge() < 2 || layout.edge() > kMostRows) return;
   for (int lens = 0; lens < layout.lens_count(); ++lens)
     plan_lens(lens, rig.lenses[static_cast<std::size_t>(lens)].photometry);
@@ -268,15 +268,21 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
   for (std::size_t done = 0; done < s.count; done += kChunk) {
     const std::size_t count = std::min(kChunk, std::max(s.count - done, kFewestLanes));
     const std::size_t within = std::min(done, s.count - count), at = s.begin + within;
-    for (int y = 0; y < rows; ++y) {
-      const auto row = static_cast<std::size_t>(top + y);
-      std::uint8_t* plane = planes_.data() + static_cast<std::size_t>(y) * kChunk;
+    const auto plane = [&](int y) {
       constexpr std::size_t kNext = kMostRows * kChunk;
-      if (view.format == PixelFormat::yuyv)
-        planes_of_yuyv(bytes(view, row) + 2 * at, count, plane, plane + kNext, plane + 2 * kNext);
-      else
-        planes_of_nv12(bytes(view, row) + at, bytes(view, static_cast<std::size_t>(view.height) + row / 2) + at, count,
-                       plane, plane + kNext, plane + 2 * kNext);
+      std::uint8_t* r = planes_.data() + static_cast<std::size_t>(y) * kChunk;
+      return PlaneRow{r, r + kNext, r + 2 * kNext};
+    };
+    const auto luma = [&](int y) { return bytes(view, static_cast<std::size_t>(top + y)) + at; };
+    if (view.format == PixelFormat::yuyv) {
+      for (int y = 0; y < rows; ++y) planes_of_yuyv(luma(y) + at, count, plane(y));
+    } else {
+      for (int y = 0; y < rows; y += 2) {
+        // Blocks begin at even rows; of an odd height the last row has its chroma for itself.
+        const int below = std::min(y + 1, rows - 1);
+        planes_of_nv12(luma(y), luma(below), bytes(view, static_cast<std::size_t>(view.height + (top + y) / 2)) + at, count,
+                       plane(y), plane(below));
+      }
     }
     for (std::size_t c = 0; c < 3; ++c)
       sum_codes({planes_.data() + c * kMostRows * kChunk, kChunk, rows, table, plan.clipped8}, weights + within, s.count,

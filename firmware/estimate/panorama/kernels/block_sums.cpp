@@ -1,7 +1,6 @@
 #include "estimate/panorama/kernels/block_sums.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/block_sums.cpp"
@@ -16,57 +15,99 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
 // Neighbouring columns are added, and again, until a block is one column. Each step picks the even and the odd columns out
-// of two vectors; 15 lanes (30 of 16 bits) at a time hold whole columns of 1 and of 3 channels, 16 (32) of 1 and of 2.
+// of two vectors; 15 lanes (30 of 16 bits) at a time hold whole columns of 1 and of 3 channels, 16 (32) of 1 and of 2. All
+// steps that lead to one vector of blocks are done before the next: nothing in between is stored.
+struct FoldTables {
+  alignas(64) std::uint32_t even32[16]{}, odd32[16]{};
+  alignas(64) std::uint16_t even16[32]{}, odd16[32]{};
+  std::size_t step32, step16;
+
+  constexpr explicit FoldTables(std::size_t channels) : step32(channels == 3 ? 15 : 16), step16(2 * step32) {
+    // Lanes from `step` on are the second vector's.
+    const auto place = [](std::size_t lane, std::size_t step, std::size_t width) {
+      return (lane < step ? lane : lane - step + width) % (2 * width);
+    };
+    for (std::size_t i = 0; i < 32; ++i) {
+      const std::size_t even = 2 * (i / channels) * channels + i % channels, odd = even + channels;
+      even16[i] = static_cast<std::uint16_t>(place(even, step16, 32));
+      odd16[i] = static_cast<std::uint16_t>(place(odd, step16, 32));
+      if (i >= 16) continue;
+      even32[i] = static_cast<std::uint32_t>(place(even, step32, 16));
+      odd32[i] = static_cast<std::uint32_t>(place(odd, step32, 16));
+    }
+  }
+};
+constexpr FoldTables kFoldTables[] = {FoldTables(1), FoldTables(2), FoldTables(3)};
+
 struct Fold {
   std::size_t step32, step16;
   __m512i even32, odd32, even16, odd16;
 
-  explicit Fold(std::size_t channels) : step32(channels == 3 ? 15 : 16), step16(2 * step32) {
-    alignas(64) std::uint32_t e32[16], o32[16];
-    alignas(64) std::uint16_t e16[32], o16[32];
-    for (std::size_t i = 0; i < 16; ++i) {
-      const std::size_t column = 2 * (i / channels), channel = i % channels;
-      e32[i] = static_cast<std::uint32_t>(column * channels + channel) & 31;
-      o32[i] = static_cast<std::uint32_t>((column + 1) * channels + channel) & 31;
-    }
-    for (std::size_t i = 0; i < 32; ++i) {
-      const std::size_t column = 2 * (i / channels), channel = i % channels;
-      e16[i] = static_cast<std::uint16_t>((column * channels + channel) & 63);
-      o16[i] = static_cast<std::uint16_t>(((column + 1) * channels + channel) & 63);
-    }
-    even32 = _mm512_load_si512(e32);
-    odd32 = _mm512_load_si512(o32);
-    even16 = _mm512_load_si512(e16);
-    odd16 = _mm512_load_si512(o16);
-  }
+  explicit Fold(const FoldTables& t)
+      : step32(t.step32),
+        step16(t.step16),
+        even32(_mm512_load_si512(t.even32)),
+        odd32(_mm512_load_si512(t.odd32)),
+        even16(_mm512_load_si512(t.even16)),
+        odd16(_mm512_load_si512(t.odd16)) {}
 };
 
+struct Folded {
+  __m512i sum, early, across;
+};
+
+/// Columns that are 2^kSteps each, from lane `at` of those on.
+template <int kSteps>
+HWY_INLINE Folded folded(const Fold& fold, const LaneSums& lanes, std::size_t at) {
+  if constexpr (kSteps == 0) {
+    return {_mm512_loadu_si512(lanes.sum + at), _mm512_loadu_si512(lanes.early + at), _mm512_setzero_si512()};
+  } else {
+    const Folded a = folded<kSteps - 1>(fold, lanes, 2 * at), b = folded<kSteps - 1>(fold, lanes, 2 * at + fold.step32);
+    const __m512i odd = _mm512_permutex2var_epi32(a.sum, fold.odd32, b.sum);
+    const auto both = [&](__m512i first, __m512i second) HWY_ATTR {
+      return _mm512_add_epi32(_mm512_permutex2var_epi32(first, fold.even32, second),
+                              _mm512_permutex2var_epi32(first, fold.odd32, second));
+    };
+    // The odd column's own columns are half a column's width farther on.
+    const __m512i moved = _mm512_slli_epi32(odd, kSteps - 1);
+    return {_mm512_add_epi32(_mm512_permutex2var_epi32(a.sum, fold.even32, b.sum), odd), both(a.early, b.early),
+            kSteps == 1 ? moved : _mm512_add_epi32(moved, both(a.across, b.across))};
+  }
+}
+
+template <int kSteps>
+HWY_INLINE __m512i folded_peak(const Fold& fold, const std::uint16_t* peak, std::size_t at) {
+  if constexpr (kSteps == 0) {
+    return _mm512_loadu_si512(peak + at);
+  } else {
+    const __m512i a = folded_peak<kSteps - 1>(fold, peak, 2 * at);
+    const __m512i b = folded_peak<kSteps - 1>(fold, peak, 2 * at + fold.step16);
+    return _mm512_max_epu16(_mm512_permutex2var_epi16(a, fold.even16, b), _mm512_permutex2var_epi16(a, fold.odd16, b));
+  }
+}
+
+template <int kSteps>
+void SumBlocksOf(const LaneSums& lanes, std::size_t channels, std::size_t blocks, std::uint32_t* across) {
+  const Fold fold(kFoldTables[channels - 1]);
+  const std::size_t count = blocks * channels;
+  for (std::size_t at = 0; at < count; at += fold.step32) {
+    const Folded f = folded<kSteps>(fold, lanes, at);
+    _mm512_storeu_si512(lanes.sum + at, f.sum);
+    _mm512_storeu_si512(lanes.early + at, f.early);
+    _mm512_storeu_si512(across + at, f.across);
+  }
+  for (std::size_t at = 0; at < count; at += fold.step16)
+    _mm512_storeu_si512(lanes.peak + at, folded_peak<kSteps>(fold, lanes.peak, at));
+}
+
 void SumBlocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
-  const Fold fold(static_cast<std::size_t>(channels));
-  std::size_t left = blocks * static_cast<std::size_t>(edge) * static_cast<std::size_t>(channels);
-  if (edge == 1) std::fill_n(across, left, 0U);
-  for (int width = 1; width < edge; width *= 2) {
-    left /= 2;
-    const __m128i shift = _mm_cvtsi32_si128(std::countr_zero(static_cast<unsigned>(width)));
-    for (std::size_t to = 0; to < left; to += fold.step32) {
-      const std::size_t from = 2 * to;
-      const auto part = [&](const std::uint32_t* p, __m512i which) HWY_ATTR {
-        return _mm512_permutex2var_epi32(_mm512_loadu_si512(p + from), which, _mm512_loadu_si512(p + from + 16));
-      };
-      const __m512i even = part(lanes.sum, fold.even32), odd = part(lanes.sum, fold.odd32);
-      const __m512i early = _mm512_add_epi32(part(lanes.early, fold.even32), part(lanes.early, fold.odd32));
-      __m512i moved = _mm512_sll_epi32(odd, shift);
-      if (width > 1)
-        moved = _mm512_add_epi32(moved, _mm512_add_epi32(part(across, fold.even32), part(across, fold.odd32)));
-      _mm512_storeu_si512(lanes.sum + to, _mm512_add_epi32(even, odd));
-      _mm512_storeu_si512(lanes.early + to, early);
-      _mm512_storeu_si512(across + to, moved);
-    }
-    for (std::size_t to = 0; to < left; to += fold.step16) {
-      const __m512i low = _mm512_loadu_si512(lanes.peak + 2 * to), high = _mm512_loadu_si512(lanes.peak + 2 * to + 32);
-      _mm512_storeu_si512(lanes.peak + to, _mm512_max_epu16(_mm512_permutex2var_epi16(low, fold.even16, high),
-                                                            _mm512_permutex2var_epi16(low, fold.odd16, high)));
-    }
+  const auto count = static_cast<std::size_t>(channels);
+  switch (edge) {
+    case 16: return SumBlocksOf<4>(lanes, count, blocks, across);
+    case 8: return SumBlocksOf<3>(lanes, count, blocks, across);
+    case 4: return SumBlocksOf<2>(lanes, count, blocks, across);
+    case 2: return SumBlocksOf<1>(lanes, count, blocks, across);
+    default: return SumBlocksOf<0>(lanes, count, blocks, across);
   }
 }
 #else

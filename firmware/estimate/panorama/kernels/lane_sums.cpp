@@ -18,14 +18,15 @@ namespace HWY_NAMESPACE {
 class Lookup {
  public:
   explicit Lookup(const CodeTable16& table) {
-    alignas(64) std::uint8_t bytes[2][256];
-    for (std::size_t i = 0; i < 256; ++i) {
-      bytes[0][i] = static_cast<std::uint8_t>(table[i]);
-      bytes[1][i] = static_cast<std::uint8_t>(table[i] >> 8);
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const std::uint16_t* values = table.data() + 64 * quarter;
+      const __m512i first = _mm512_loadu_si512(values), second = _mm512_loadu_si512(values + 32);
+      const auto low_bytes = [](__m512i a, __m512i b) HWY_ATTR {
+        return _mm512_inserti64x4(_mm512_castsi256_si512(_mm512_cvtepi16_epi8(a)), _mm512_cvtepi16_epi8(b), 1);
+      };
+      part_[0][quarter] = low_bytes(first, second);
+      part_[1][quarter] = low_bytes(_mm512_srli_epi16(first, 8), _mm512_srli_epi16(second, 8));
     }
-    for (int half = 0; half < 2; ++half)
-      for (int quarter = 0; quarter < 4; ++quarter)
-        part_[half][quarter] = _mm512_load_si512(bytes[half] + 64 * quarter);
   }
   /// Low bytes, then high bytes.
   HWY_INLINE void bytes(V8 codes, __m512i (&out)[2]) const {
@@ -49,13 +50,14 @@ class Lookup {
 class Lookup {
  public:
   explicit Lookup(const CodeTable16& table) {
-    std::uint8_t bytes[2][256];
-    for (std::size_t i = 0; i < 256; ++i) {
-      bytes[0][i] = static_cast<std::uint8_t>(table[i]);
-      bytes[1][i] = static_cast<std::uint8_t>(table[i] >> 8);
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      for (int i = 0; i < 4; ++i) {
+        // Low and high bytes by turns, taken apart.
+        const uint8x16x2_t both = vld2q_u8(reinterpret_cast<const std::uint8_t*>(table.data() + 64 * quarter + 16 * i));
+        part_[0][quarter].val[i] = both.val[0];
+        part_[1][quarter].val[i] = both.val[1];
+      }
     }
-    for (int half = 0; half < 2; ++half)
-      for (int quarter = 0; quarter < 4; ++quarter) part_[half][quarter] = vld1q_u8_x4(bytes[half] + 64 * quarter);
   }
   HWY_INLINE Wide operator()(V8 codes) const {
     const uint8x16_t at[4] = {codes.raw, vsubq_u8(codes.raw, vdupq_n_u8(64)), vsubq_u8(codes.raw, vdupq_n_u8(128)),

@@ -8,9 +8,15 @@
 
 namespace lightwell::estimate {
 
-/// One row of `pixels` pixels (even, at least kFewestLanes) to three planes of codes, as rgb8_of_ycbcr601() says.
-void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, std::uint8_t* r, std::uint8_t* g, std::uint8_t* b);
-void planes_of_nv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels, std::uint8_t* r,
-                    std::uint8_t* g, std::uint8_t* b);
+/// Where a row of each plane begins.
+struct PlaneRow {
+  std::uint8_t *r, *g, *b;
+};
+
+/// One row of `pixels` pixels (even, at least kFewestLanes) to planes of codes, as rgb8_of_ycbcr601() says.
+void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, const PlaneRow& out);
+/// Two rows that share their chroma. Of a single one, luma and planes are given twice.
+void planes_of_nv12(const std::uint8_t* upper_luma, const std::uint8_t* lower_luma, const std::uint8_t* chroma,
+                    std::size_t pixels, const PlaneRow& upper, const PlaneRow& lower);
 
 }  // namespace lightwell::estimate
