@@ -113,16 +113,22 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
   }
-  for (const Moved& m : moved) {
-    const BasisRow there = basis_row(m.centroid);
-    const BasisRow& here = rows_[m.cell];
-    const CellSum& s = sums[m.cell];
-    for (std::size_t i = 0; i < kRowCount; ++i) {
-      const float shift = there[i] - here[i];
-      total[0][i] += shift * s.r;
-      total[1][i] += shift * s.g;
-      total[2][i] += shift * s.b;
+  constexpr std::size_t kMovedChunk = 32;
+  for (std::size_t begin = 0; begin < moved.size(); begin += kMovedChunk) {
+    float part[3][kRowCount] = {};
+    for (const Moved& m : moved.subspan(begin, std::min(kMovedChunk, moved.size() - begin))) {
+      const BasisRow there = basis_row(m.centroid);
+      const BasisRow& here = rows_[m.cell];
+      const CellSum& s = sums[m.cell];
+      for (std::size_t i = 0; i < kRowCount; ++i) {
+        const float shift = there[i] - here[i];
+        part[0][i] += shift * s.r;
+        part[1][i] += shift * s.g;
+        part[2][i] += shift * s.b;
+      }
     }
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
   }
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = total[k][i];

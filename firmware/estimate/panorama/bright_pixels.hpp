@@ -43,7 +43,7 @@ class BrightPixels {
   void read(RowReader& reader, std::size_t block);
   [[nodiscard]] bool has(std::size_t block) const { return slot_of_block_[block] >= 0; }
 
-  /// Of a pixel whose block has been read.
+  /// Of a pixel whose block has been read; those beside it in its row of the block follow.
   [[nodiscard]] const Light& light(Place p) const {
     const std::int32_t slot = slot_of_block_[layout_.block_of(p.lens, p.x, p.y)];
     const int mask = layout_.edge() - 1, shift = layout_.shift();
