@@ -153,13 +153,13 @@ TEST(Interpolate, OppositeDirectionsStayUnit) {
 
 TEST(Interpolate, TakesTheWorseOfBounds) {
   Descriptor a = test::numbered(1, 0), b = test::numbered(2, 10);
-  a.bound.total = 0.1F;
-  b.bound.total = 0.3F;
+  a.bound = {0.1F, 0.05F, 0.2F, 0.01F, 0.4F, 0.02F};
+  b.bound = {0.3F, 0.02F, 0.1F, 0.03F, 0.3F, 0.04F};
   a.flags.set(Flag::unseen);
   b.flags.set(Flag::clipped);
   a.coverage = 0.5F;
   const Descriptor half = interpolated(a, b, 0.5F);
-  EXPECT_FLOAT_EQ(half.bound.total, 0.3F);
+  EXPECT_EQ(half.bound, (ErrorBound{0.3F, 0.05F, 0.2F, 0.03F, 0.4F, 0.04F}));
   EXPECT_TRUE(half.flags.has(Flag::unseen));
   EXPECT_TRUE(half.flags.has(Flag::clipped));
   EXPECT_FLOAT_EQ(half.coverage, 0.5F);

@@ -84,7 +84,7 @@ RadianceSh blend_harmonics(const RadianceSh& a, const RadianceSh& b, float f) {
 ErrorBound worse(const ErrorBound& a, const ErrorBound& b) {
   return {std::max(a.total, b.total), std::max(a.truncation, b.truncation),
           std::max(a.sampling, b.sampling), std::max(a.noise, b.noise),
-          std::max(a.quantization, b.quantization)};
+          std::max(a.quantization, b.quantization), std::max(a.smoothing, b.smoothing)};
 }
 
 }  // namespace
