@@ -16,6 +16,7 @@
 #include "estimate/common/smoother.hpp"
 #include "estimate/common/spectrum.hpp"
 #include "estimate/panorama/clipped_lights.hpp"
+#include "estimate/panorama/row_profiler.hpp"
 #include "estimate/panorama/row_reader.hpp"
 #include "estimate/panorama/stage.hpp"
 
@@ -63,6 +64,7 @@ class PanoramaEstimator final : public Estimator {
       : rig_(rig),
         table_(std::move(table)),
         reader_(rig_, table_),
+        profiler_(rig_, table_),
         config_(options.config),
         pixel_rad_(pixel_side(table_)),
         probe_id_(options.probe_id),
@@ -128,11 +130,12 @@ class PanoramaEstimator final : public Estimator {
   RigParameters rig_;
   RigTable table_;
   RowReader reader_;
+  RowProfiler profiler_;
   std::unique_ptr<Stage> exact_, balanced_, fast_;
   std::array<std::optional<EnvironmentMapper>, 3> mappers_;  ///< Of exact_, balanced_, fast_.
   const std::optional<EnvironmentMapper>* last_mapper_ = nullptr;
   FlickerDetector flicker_;
-  const Stage* flicker_stage_ = nullptr;
+  const Stage* flicker_stage_ = nullptr;  ///< Whose rows the detector has seen; null: those of brackets.
   std::array<std::vector<float>, kMaxLenses> profile_;
   std::vector<CellSum> rest_;
   LightTracker tracker_;
@@ -236,10 +239,14 @@ void PanoramaEstimator::make_map(const Look& look, Descriptor& out) {
 }
 
 Flicker PanoramaEstimator::watch_flicker(const Stage& stage, std::span<const Frame> bracket) {
-  // A merged bracket has no one time for its rows; and blocks of another size are other pixels.
-  if (bracket.size() > 1) return Flicker::unknown;
-  if (flicker_stage_ != &stage) flicker_.reset();
-  flicker_stage_ = &stage;
+  // Blocks of another size are other pixels, and so are a bracket's, which has no one time for its merged rows.
+  const Stage* const source = bracket.size() > 1 ? nullptr : &stage;
+  if (flicker_stage_ != source) flicker_.reset();
+  flicker_stage_ = source;
+  if (source == nullptr) {
+    for (const Frame& exposure : bracket) (void)flicker_.add(exposure.info, profiler_.profile(exposure));
+    return flicker_.state();
+  }
   std::array<RowProfile, kMaxLenses> rows;
   const std::size_t lenses = bracket[0].views().size();
   if (lenses != table_.lenses.size()) return flicker_.state();

@@ -10,6 +10,7 @@
 #include "camera/backends/sim/frame_ring.hpp"
 #include "camera/backends/sim/sim_options.hpp"
 #include "estimate/common/flicker.hpp"
+#include "estimate/panorama/panorama_estimator.hpp"
 #include "sim/rigs.hpp"
 
 namespace lightwell {
@@ -110,6 +111,29 @@ class FlickeringCamera {
     return detector.state();
   }
 
+  /// What the estimator says after so many brackets.
+  [[nodiscard]] Flicker estimated(std::uint64_t brackets) const {
+    const auto made = make_panorama_estimator(rig_, {});
+    Estimator& estimator = **made;
+    Descriptor out;
+    const std::uint64_t size = exposure_s_.size();
+    for (std::uint64_t first = 0; first < brackets * size; first += size) {
+      std::vector<Frame> bracket;
+      for (std::uint64_t s = first; s < first + size; ++s) {
+        Frame& frame = bracket.emplace_back();
+        frame.info = info(s);
+        frame.info.bracket_index = static_cast<int>(s - first);
+        frame.info.bracket_size = static_cast<int>(size);
+        for (int lens = 0; lens < 2; ++lens)
+          frame.add_view({lens, format_, kWidth, kRows, packed_stride(format_, kWidth),
+                          ring.view(plan.picture(s), static_cast<std::size_t>(lens))});
+      }
+      const Status status = estimator.estimate(bracket, out);
+      if (!status.ok()) ADD_FAILURE() << status.message();
+    }
+    return out.flicker;
+  }
+
   RingPlan plan;
   FrameRing ring;
   [[nodiscard]] const sim::MainsFlicker& flicker() const { return flicker_; }
@@ -177,6 +201,31 @@ TEST(SimFlicker, IsRecognisedThroughTheNoiseOfTheSensor) {
   lively.switch_period_frames = 6;
   EXPECT_EQ(FlickeringCamera(PixelFormat::bayer_rggb12, 27, {100, 0.1}, {0.003}, lively).recognised(40),
             Flicker::hz100);
+}
+
+TEST(SimFlicker, IsFoundInTheExposuresOfABracket) {
+  const std::vector<double> bracket = {0.001, 0.002, 0.004};
+  for (const PixelFormat format : {PixelFormat::rgb8, PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8,
+                                   PixelFormat::bayer_rggb10, PixelFormat::bayer_rggb12}) {
+    SCOPED_TRACE(std::string(to_string(format)));
+    EXPECT_EQ(FlickeringCamera(format, 27, {100, 0.2}, bracket).estimated(20), Flicker::hz100);
+    EXPECT_EQ(FlickeringCamera(format, 27, {120, 0.2}, bracket).estimated(20), Flicker::hz120);
+  }
+}
+
+TEST(SimFlicker, IsNotFoundInBracketsOfSteadyLightHoweverLively) {
+  const std::vector<double> bracket = {0.001, 0.002, 0.004};
+  sim::Motion lively;
+  lively.turn_rad_per_s = 0.5;
+  lively.switch_period_frames = 6;
+  for (const PixelFormat format : {PixelFormat::rgb8, PixelFormat::nv12, PixelFormat::bayer_rggb12}) {
+    SCOPED_TRACE(std::string(to_string(format)));
+    EXPECT_EQ(FlickeringCamera(format, 27, {}, bracket).estimated(20), Flicker::none);
+    for (const std::uint64_t brackets : {10U, 20U, 40U}) {
+      const Flicker found = FlickeringCamera(format, 27, {}, bracket, lively).estimated(brackets);
+      EXPECT_TRUE(found == Flicker::none || found == Flicker::unknown) << brackets;
+    }
+  }
 }
 
 TEST(SimFlicker, OptionsAreChecked) {
