@@ -69,6 +69,7 @@ Result<Parts> make_parts(const Config& config) {
   PanoramaOptions options;
   options.config = config.estimator;
   options.probe_id = identity_of(config.probe_name);
+  options.grey_patch = config.grey_patch;
   Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(parts.rig, options);
   if (!estimator) return estimator.status();
   parts.estimator = std::move(*estimator);

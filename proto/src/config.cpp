@@ -54,6 +54,18 @@ Status Config::validate() const {
   return estimator.validate();
 }
 
+Status GreyPatch::validate(const RigParameters& rig) const {
+  const auto wrong = [](const char* what) { return Status(StatusCode::invalid_argument, std::string("grey_patch: ") + what); };
+  if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size()) return wrong("lens is not in the calibration");
+  const LensParameters& l = rig.lenses[static_cast<std::size_t>(lens)];
+  if (width < 1 || height < 1 || x < 0 || y < 0 || width > l.width - x || height > l.height - y)
+    return wrong("x, y, width and height must lie within the picture");
+  const Vec3d n = vec_cast<double>(normal);
+  if (!(std::abs(dot(n, n) - 1) < 1e-3)) return wrong("normal must have length one");
+  if (!(albedo > 0 && albedo <= 1)) return wrong("albedo must be above 0 and at most 1");
+  return {};
+}
+
 namespace {
 
 EstimatorConfig updated(EstimatorConfig e, const v1::EstimatorConfig& m) {
@@ -68,6 +80,20 @@ EstimatorConfig updated(EstimatorConfig e, const v1::EstimatorConfig& m) {
   if (m.has_environment_edge()) e.environment_edge = static_cast<int>(m.environment_edge());
   if (m.has_environment_rate()) e.environment_rate = m.environment_rate();
   return e;
+}
+
+Result<GreyPatch> grey_patch_of(const v1::GreyPatch& m) {
+  GreyPatch out;
+  out.lens = static_cast<int>(m.lens());
+  out.x = static_cast<int>(m.x());
+  out.y = static_cast<int>(m.y());
+  out.width = static_cast<int>(m.width());
+  out.height = static_cast<int>(m.height());
+  if (m.normal_size() != 0 && m.normal_size() != 3)
+    return Status(StatusCode::invalid_argument, "grey_patch.normal must be three numbers: x, y, z");
+  if (m.normal_size() == 3) out.normal = {m.normal(0), m.normal(1), m.normal(2)};
+  if (m.albedo() != 0) out.albedo = m.albedo();
+  return out;
 }
 
 }  // namespace
@@ -110,6 +136,11 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
   if (!m.grpc().listen().empty()) c.grpc_listen = m.grpc().listen();
   c.record_path = m.record().path();
   c.budget_ms = m.budget_ms();
+  if (m.has_grey_patch()) {
+    const Result<GreyPatch> patch = grey_patch_of(m.grey_patch());
+    if (!patch) return Status(patch.status().code(), name + ": " + patch.status().message());
+    c.grey_patch = *patch;
+  }
   if (const Status s = c.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
   return c;
 }

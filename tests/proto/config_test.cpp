@@ -65,6 +65,28 @@ TEST(Config, ThatCannotWorkIsRefusedByName) {
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { max_lights: 65 }").find("max_lights"), std::string::npos);
 }
 
+TEST(Config, TellsWhereAGreyPatchIs) {
+  EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->grey_patch.has_value());
+  const auto c = parse_config(
+      "camera { uri: \"sim:city\" }\n"
+      "grey_patch { lens: 1 x: 300 y: 200 width: 24 height: 16 normal: [0, 0.6, -0.8] albedo: 0.5 }",
+      "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  ASSERT_TRUE(c->grey_patch.has_value());
+  const GreyPatch& p = *c->grey_patch;
+  EXPECT_EQ(p.lens, 1);
+  EXPECT_EQ(p.x, 300);
+  EXPECT_EQ(p.y, 200);
+  EXPECT_EQ(p.width, 24);
+  EXPECT_EQ(p.height, 16);
+  EXPECT_EQ(p.normal, (Vec3f{0, 0.6F, -0.8F}));
+  EXPECT_EQ(p.albedo, 0.5);
+  const auto plain = parse_config("camera { uri: \"x:\" } grey_patch { width: 8 height: 8 }", "x");
+  EXPECT_EQ(plain->grey_patch->normal, (Vec3f{0, 1, 0}));
+  EXPECT_EQ(plain->grey_patch->albedo, 0.18);
+  EXPECT_NE(refusal("camera { uri: \"x:\" } grey_patch { normal: [1, 0] }").find("grey_patch.normal"), std::string::npos);
+}
+
 TEST(Config, OfAMissingFileNamesIt) {
   const auto c = load_config("/nonexistent/probe.textproto");
   EXPECT_EQ(c.status().code(), StatusCode::not_found);

@@ -4,21 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lightwell {
-
-Status GreyPatch::validate(const RigParameters& rig) const {
-  const auto wrong = [](const char* what) { return Status(StatusCode::invalid_argument, std::string("grey patch: ") + what); };
-  if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size()) return wrong("lens is not in the calibration");
-  const LensParameters& l = rig.lenses[static_cast<std::size_t>(lens)];
-  if (width < 1 || height < 1 || x < 0 || y < 0 || width > l.width - x || height > l.height - y)
-    return wrong("x, y, width and height must lie within the picture");
-  const Vec3d n = vec_cast<double>(normal);
-  if (!(std::abs(dot(n, n) - 1) < 1e-3)) return wrong("normal must have length one");
-  if (!(albedo > 0 && albedo <= 1)) return wrong("albedo must be above 0 and at most 1");
-  return {};
-}
-
-namespace estimate {
+namespace lightwell::estimate {
 
 GreyPatchReader::GreyPatchReader(const GreyPatch& patch, const RigTable& table)
     : patch_(patch), table_(table), row_(table.lenses[static_cast<std::size_t>(patch.lens)].width) {}
@@ -47,5 +33,4 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
   return luminance / pixels * std::numbers::pi / patch_.albedo;
 }
 
-}  // namespace estimate
-}  // namespace lightwell
+}  // namespace lightwell::estimate

@@ -1,28 +1,14 @@
 // A matte patch of known reflectance that the camera sees all the time: it reads the irradiance at its normal.
 #pragma once
 
-#include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
+#include <lightwell/config.hpp>
 #include <optional>
 
 #include "calibration/lens_table.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/row_reader.hpp"
 
-namespace lightwell {
-
-/// Where it is and what it is made of. It must lie in the light that the probe measures, and be matte.
-struct GreyPatch {
-  int lens = 0;
-  int x = 0, y = 0, width = 0, height = 0;  ///< Pixels of that lens, all on the patch.
-  Vec3f normal{0, 1, 0};                    ///< Unit, probe frame.
-  double albedo = 0.18;
-
-  /// invalid_argument names the field.
-  [[nodiscard]] Status validate(const RigParameters& rig) const;
-};
-
-namespace estimate {
+namespace lightwell::estimate {
 
 class GreyPatchReader {
  public:
@@ -38,5 +24,4 @@ class GreyPatchReader {
   LinearRow row_;
 };
 
-}  // namespace estimate
-}  // namespace lightwell
+}  // namespace lightwell::estimate

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <lightwell/calibration.hpp>
 #include <lightwell/descriptor.hpp>
 #include <lightwell/result.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +47,17 @@ struct EstimatorConfig {
   [[nodiscard]] Status validate() const;
 };
 
+/// A matte grey surface in view. It must lie in the light that the probe measures.
+struct GreyPatch {
+  int lens = 0;
+  int x = 0, y = 0, width = 0, height = 0;  ///< Pixels of that lens, all on the patch.
+  Vec3f normal{0, 1, 0};                    ///< Unit, probe frame.
+  double albedo = 0.18;
+
+  /// Of itself, and of the picture it must lie in. invalid_argument names the field.
+  [[nodiscard]] Status validate(const RigParameters& rig) const;
+};
+
 struct Config {
   std::string probe_name = "lightwell";
   CameraConfig camera;
@@ -53,6 +66,7 @@ struct Config {
   std::string grpc_listen = "127.0.0.1:7420";
   std::string record_path;
   double budget_ms = 0;  ///< 0: none.
+  std::optional<GreyPatch> grey_patch;
 
   [[nodiscard]] Status validate() const;
 };
