@@ -55,8 +55,9 @@ Status Config::validate() const {
 }
 
 Status GreyPatch::validate(const RigParameters& rig) const {
-  const auto wrong = [](const char* what) { return Status(StatusCode::invalid_argument, std::string("grey_patch: ") + what); };
-  if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size()) return wrong("lens is not in the calibration");
+  const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, "grey_patch: " + what); };
+  if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size())
+    return wrong("lens must be 0 to " + std::to_string(rig.lenses.size() - 1) + ", as the calibration has them");
   const LensParameters& l = rig.lenses[static_cast<std::size_t>(lens)];
   if (width < 1 || height < 1 || x < 0 || y < 0 || width > l.width - x || height > l.height - y)
     return wrong("x, y, width and height must lie within the picture");

@@ -64,6 +64,12 @@ TEST_F(BadInputTest, AnImpossibleValueOfTheConfigurationIsNamed) {
               AllOf(HasSubstr(file), HasSubstr("estimator.band")));
 }
 
+TEST_F(BadInputTest, AGreyPatchOutsideThePictureIsNamed) {
+  const std::string file = folder_.write(
+      "probe.textproto", "camera { uri: \"sim:city\" }\ngrey_patch { lens: 2 width: 8 height: 8 }\n");
+  EXPECT_THAT(refusal({.more = {"--config", file}}), HasSubstr("grey_patch: lens must be 0 to 1"));
+}
+
 TEST_F(BadInputTest, AnImpossibleCalibrationIsNamedWithLensAndField) {
   const std::string file =
       folder_.write("rig.textproto",
