@@ -25,19 +25,23 @@ constexpr double kLightBytes = 32, kOtherBytes = 64;
 constexpr double kLoyalty = 0.8;
 
 /// What a zigzag varint of a rounded number takes.
-double varint_bytes(float value, float inverse_step) {
-  const float m = std::abs(value) * inverse_step;
-  return m < 63.5F ? 1 : m < 8191.5F ? 2 : 3;
+double varint_bytes(double value, double inverse_step) {
+  const double m = std::abs(value) * inverse_step;
+  return m < 63.5 ? 1 : m < 8191.5 ? 2 : 3;
 }
 
-/// The largest power of two by which the bands up to `band` may be rounded.
-int step_exponent(int band, bool all_bands, double allowed_rms) {
+/// By how much the bands up to `band` may be rounded.
+double allowed_step(int band, bool all_bands, double allowed_rms) {
   double sum = 0;
   for (int l = 0; l <= band; ++l)
     if (all_bands || cosine_lobe(l) != 0) sum += (2 * l + 1) * std::max(cosine_lobe(l) * cosine_lobe(l), all_bands ? 0.1 : 0.0);
   // Rounding by a step q has the variance q²/12 in every coefficient.
-  const double q = allowed_rms / std::sqrt(sum / kSphere / 12);
-  return q > 0 && std::isfinite(q) ? std::clamp(static_cast<int>(std::floor(std::log2(q))), -140, 100) : -140;
+  return allowed_rms / std::sqrt(sum / kSphere / 12);
+}
+
+/// The largest power of two that is no larger.
+int exponent_within(double step) {
+  return step > 0 && std::isfinite(step) ? std::clamp(static_cast<int>(std::floor(std::log2(step))), -140, 100) : -140;
 }
 
 }  // namespace
@@ -177,11 +181,14 @@ void Chooser::choose(const Projection& scene, std::span<const Light> found, int 
       bool same_lights = n == kept_before_.size();
       for (std::size_t j = 0; j < n && same_lights; ++j) same_lights = was_kept(found[order_[j]].track);
       double bytes = kOtherBytes + kLightBytes * static_cast<double>(n);
-      const float step = std::ldexp(1.0F, -step_exponent(limits.band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain));
+      // Powers of two lie between all and half of that. To reckon with the one it will be would choose otherwise for a
+      // scene that is the same but brighter.
+      const double step = allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain);
+      const double inverse_step = step > 0 ? std::numbers::sqrt2 / step : 0;
       for (int l = 0; l <= limits.band; ++l) {
         if (!all_bands && l > 1 && l % 2 != 0) continue;
         for (std::size_t i = static_cast<std::size_t>(l * l); i < static_cast<std::size_t>(sh_count(l)); ++i)
-          for (std::size_t k = 0; k < 3; ++k) bytes += varint_bytes(rests_[n].c[k][i], step);
+          for (std::size_t k = 0; k < 3; ++k) bytes += varint_bytes(rests_[n].c[k][i], inverse_step);
         Option o{n, l, bytes, 0, same_lights && l == band_before_};
         const double truncation = relative(rms(irradiance_lost[l]), out.whole);
         o.excess = std::hypot(truncation, limits.other_error, kRoundingShare / 2 * limits.epsilon) / (kMargin * limits.epsilon);
@@ -215,7 +222,7 @@ void Chooser::choose(const Projection& scene, std::span<const Light> found, int 
   lost_above(rest, all_bands, irradiance_lost, radiance_lost);
   out.truncation = rms(irradiance_lost[band]);
   out.step = limits.epsilon > 0 && out.whole.plain > 0
-                 ? std::ldexp(1.0F, step_exponent(band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain))
+                 ? std::ldexp(1.0F, exponent_within(allowed_step(band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain)))
                  : 0.0F;
   out.rest = {};
   out.rest.band = band;

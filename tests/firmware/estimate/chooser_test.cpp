@@ -175,6 +175,33 @@ TEST(Chooser, KeepsTheLimitAndIsRicherWhereItIsMuchTighter) {
   EXPECT_LT(numbers.front(), numbers.back());
 }
 
+TEST(Chooser, ABrighterSceneIsDescribedAlike) {
+  // What a number takes on the wire depends on how far its step lies from a power of two; the choice must not.
+  for (int i = 0; i < 300; ++i) {
+    // One light that may as well be described by band 4: the bytes decide.
+    const auto a = static_cast<float>(i);
+    Projection scene;
+    for (std::size_t k = 0; k < 9; ++k)
+      for (double& v : scene.c[k]) v = k == 0 ? 3 : 0.8 * std::sin(static_cast<double>(a) + 5 * static_cast<double>(k));
+    const std::vector<Light> found = {lamp({std::sin(7 * a), std::cos(11 * a), std::sin(3 * a + 1)}, 0.3F + 0.02F * a, 1)};
+    put(found[0], scene);
+    const ChoiceLimits limits{.epsilon = 0.005 * (1 + i % 8)};
+    Chooser first;
+    const Answer one = choose(first, scene, found, limits);
+    for (const float factor : {1e-6F, 3e-3F, 1.2F, 1.5F, 1.9F, 1e7F}) {
+      Projection brighter = scene;
+      for (auto& c : brighter.c)
+        for (double& v : c) v *= static_cast<double>(factor);
+      std::vector<Light> lights = found;
+      for (Light& light : lights) light.irradiance = light.irradiance * factor;
+      Chooser afresh;
+      const Answer same = choose(afresh, brighter, lights, limits);
+      ASSERT_EQ(same.lights.size(), one.lights.size()) << "scene " << i << " times " << factor;
+      ASSERT_EQ(same.chosen.rest.band, one.chosen.rest.band) << "scene " << i << " times " << factor;
+    }
+  }
+}
+
 TEST(Chooser, BandsWithoutIrradianceAreSentForReflectionsAlone) {
   const Projection scene = projected(sky_and_lamp());
   Chooser plain, glossy;
