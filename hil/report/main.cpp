@@ -83,21 +83,26 @@ int main(int argc, char** argv) {
   hil::Judge judge(sim.scene());
   std::vector<hil::Verdict> verdicts;
   Record record;
-  Descriptor last;
-  std::size_t last_bytes = 0;
+  // Drawn is the last one, where maps for reflections were sent the last that brought a whole one.
+  Descriptor drawn;
+  std::size_t drawn_bytes = 0;
+  hil::Verdict drawn_verdict;
   while (reader->next(record)) {
     Result<Descriptor> d = decode_descriptor(record.payload);
     if (!d) return fail(d.status());
     verdicts.push_back(judge.judge(*d, state_of(sim, info->exposure_s.size(), d->sequence)));
-    last = std::move(*d);
-    last_bytes = record.payload.size();
+    if (drawn.environment && !(d->environment && d->environment->whole())) continue;
+    drawn = std::move(*d);
+    if (drawn.environment && !drawn.environment->whole()) drawn.environment.reset();
+    drawn_bytes = record.payload.size();
+    drawn_verdict = verdicts.back();
   }
   const hil::Summary summary = hil::summarize(verdicts);
   json ? print_json(summary) : print_text(summary);
   if (!picture.empty() && !verdicts.empty()) {
-    const sim::SceneState state = state_of(sim, info->exposure_s.size(), last.sequence);
+    const sim::SceneState state = state_of(sim, info->exposure_s.size(), drawn.sequence);
     const Status s = hil::draw_report(picture, title.empty() ? uri->path : title, sim.scene(), state, *info->calibration,
-                                      Lighting::of(last), last_bytes, verdicts.back());
+                                      Lighting::of(drawn), drawn_bytes, drawn_verdict);
     if (!s.ok()) return fail(s);
   }
   return summary.good() ? kOk : kBoundFailed;
