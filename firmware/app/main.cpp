@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
   }
   lightwell::Config config;
   if (!config_path.empty()) {
-    lightwell::Result<lightwell::Config> loaded = lightwell::load_config(config_path);
+    lightwell::Result<lightwell::Config> loaded = lightwell::load_config(config_path, camera);
     if (!loaded) {
       lightwell::log_error(loaded.status().message());
       return kFailed;

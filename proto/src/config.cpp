@@ -121,12 +121,12 @@ Result<EstimatorConfig> updated_config(const EstimatorConfig& config, std::strin
   return updated(config, m);
 }
 
-Result<Config> parse_config(std::string_view text, const std::string& name) {
+Result<Config> parse_config(std::string_view text, const std::string& name, const std::string& camera_uri) {
   v1::Config m;
   if (const Status s = parse_text_message(text, name, m); !s.ok()) return s;
   Config c;
   if (!m.probe_name().empty()) c.probe_name = m.probe_name();
-  c.camera.uri = m.camera().uri();
+  c.camera.uri = camera_uri.empty() ? m.camera().uri() : camera_uri;
   if (m.camera().width() != 0) c.camera.width = static_cast<int>(m.camera().width());
   if (m.camera().height() != 0) c.camera.height = static_cast<int>(m.camera().height());
   if (m.camera().frame_rate() != 0) c.camera.frame_rate = m.camera().frame_rate();
@@ -146,10 +146,10 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
   return c;
 }
 
-Result<Config> load_config(const std::string& path) {
+Result<Config> load_config(const std::string& path, const std::string& camera_uri) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.status();
-  return parse_config(*text, path);
+  return parse_config(*text, path, camera_uri);
 }
 
 }  // namespace lightwell

@@ -28,6 +28,11 @@ TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
   EXPECT_EQ(c->grpc_listen, "127.0.0.1:7420");
 }
 
+TEST(Config, NeedsNoCameraWhereOneIsGivenBesideIt) {
+  EXPECT_EQ(parse_config("estimator { band: 2 }", "x", "sim:night")->camera.uri, "sim:night");
+  EXPECT_EQ(parse_config("camera { uri: \"sim:city\" }", "x", "sim:night")->camera.uri, "sim:night");
+}
+
 TEST(Config, HasNoBudgetUnlessOneIsSet) {
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" }", "x")->budget_ms, 0);
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" } budget_ms: 2.5", "x")->budget_ms, 2.5);

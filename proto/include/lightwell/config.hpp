@@ -78,8 +78,10 @@ struct Config {
 [[nodiscard]] Result<EstimatorConfig> updated_config(const EstimatorConfig& config, std::string_view message);
 
 /// Reads a Config in protobuf text format. Errors name file, line and, for an unknown field, the nearest known one.
-[[nodiscard]] Result<Config> load_config(const std::string& path);
+/// `camera_uri`, where not empty, stands in the place of the file's, which then needs none.
+[[nodiscard]] Result<Config> load_config(const std::string& path, const std::string& camera_uri = {});
 /// The same from memory; `name` stands for the file in messages.
-[[nodiscard]] Result<Config> parse_config(std::string_view text, const std::string& name);
+[[nodiscard]] Result<Config> parse_config(std::string_view text, const std::string& name,
+                                          const std::string& camera_uri = {});
 
 }  // namespace lightwell
