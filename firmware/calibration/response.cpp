@@ -70,6 +70,10 @@ std::vector<float> linear_table(const PhotometricCalibration& photometry, int le
   return table;
 }
 
+unsigned saturated_from(const PhotometricCalibration& photometry, int levels) {
+  return static_cast<unsigned>(std::ceil(photometry.saturation * (levels - 1)));
+}
+
 double vignetting(const PhotometricCalibration& photometry, double angle_rad) {
   const double t = angle_rad * angle_rad;
   const auto& v = photometry.vignetting;

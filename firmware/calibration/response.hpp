@@ -17,6 +17,9 @@ namespace lightwell {
 /// reader of 8-, 10- or 12-bit pixels looks up. May be negative for noise below black.
 [[nodiscard]] std::vector<float> linear_table(const PhotometricCalibration& photometry, int levels);
 
+/// The least of `levels` picture values that counts as saturated; `levels` or more where none does.
+[[nodiscard]] unsigned saturated_from(const PhotometricCalibration& photometry, int levels);
+
 /// Relative illumination at an angle from the axis, 1 on it. Never below 0.05: a lens that dark sees nothing.
 [[nodiscard]] double vignetting(const PhotometricCalibration& photometry, double angle_rad);
 

@@ -175,16 +175,16 @@ void Chooser::choose(const Projection& scene, std::span<const Light> found, int 
     order_lights(found, must, most, {inverse, inverse, inverse});
     Option best, fallback;
     best.bytes = fallback.excess = std::numeric_limits<double>::infinity();
+    // The step will be a power of two between all and half of that. To reckon with the one it will be would choose
+    // otherwise for a scene that is the same but brighter.
+    const double step = allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain);
+    const double inverse_step = step > 0 ? std::numbers::sqrt2 / step : 0;
     for (std::size_t n = must >= 0 && !order_.empty() ? 1 : 0; n <= order_.size(); ++n) {
       if (kOtherBytes + kLightBytes * static_cast<double>(n) > best.bytes) break;
       lost_above(rests_[n], all_bands, irradiance_lost, radiance_lost);
       bool same_lights = n == kept_before_.size();
       for (std::size_t j = 0; j < n && same_lights; ++j) same_lights = was_kept(found[order_[j]].track);
       double bytes = kOtherBytes + kLightBytes * static_cast<double>(n);
-      // Powers of two lie between all and half of that. To reckon with the one it will be would choose otherwise for a
-      // scene that is the same but brighter.
-      const double step = allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain);
-      const double inverse_step = step > 0 ? std::numbers::sqrt2 / step : 0;
       for (int l = 0; l <= limits.band; ++l) {
         if (!all_bands && l > 1 && l % 2 != 0) continue;
         for (std::size_t i = static_cast<std::size_t>(l * l); i < static_cast<std::size_t>(sh_count(l)); ++i)

@@ -37,7 +37,7 @@ CodeWorth worth_of(const PhotometricCalibration& p, int levels) {
   w.weight.resize(w.linear.size());
   const auto read2 = static_cast<float>(p.read_noise * p.read_noise), shot = static_cast<float>(p.shot_noise);
   const auto cut_noise = p.black_level < 2 * p.read_noise ? static_cast<float>(p.read_noise) : 0.0F;
-  const auto saturated_from = static_cast<std::size_t>(std::ceil(p.saturation * (levels - 1)));
+  w.saturated_from = saturated_from(p, levels);
   std::vector<float> variance(w.linear.size());
   for (std::size_t i = 0; i < w.linear.size(); ++i) {
     const float x = w.linear[i], step = i > 0 ? x - w.linear[i - 1] : w.linear[1] - w.linear[0];
@@ -55,10 +55,9 @@ CodeWorth worth_of(const PhotometricCalibration& p, int levels) {
   }
   w.hidden_until /= w.unit;
   w.hidden /= w.unit;
-  for (std::size_t i = 0; i < saturated_from && i < w.weight.size(); ++i)
+  for (std::size_t i = 0; i < w.saturated_from && i < w.weight.size(); ++i)
     w.weight[i] = shortened(w.unit * w.unit / variance[i], 16);
-  w.saturated_from = static_cast<unsigned>(saturated_from);
-  if (saturated_from < w.linear.size()) w.saturated_linear = w.linear[saturated_from];
+  if (w.saturated_from < w.linear.size()) w.saturated_linear = w.linear[w.saturated_from];
   if (levels == 256) {
     for (std::size_t i = 0; i < 256; ++i) {
       w.linear[i] = shortened(w.linear[i], 24);
@@ -296,17 +295,17 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   const auto stride = static_cast<std::ptrdiff_t>(view.stride);
   std::uint8_t* first = planes_.data() + k * kPlaneRows * width;
   const auto plane = [&](int row, std::size_t c) { return first + (4 * static_cast<std::size_t>(row) + c) * width; };
-  const auto planes = [&](int row) { return Planes{plane(row, 0) + from, plane(row, 1) + from, plane(row, 2) + from}; };
+  const auto planes = [&](int row) { return PlaneRow{plane(row, 0) + from, plane(row, 1) + from, plane(row, 2) + from}; };
   const unsigned saturated_from = worth_for(chunk.lens).saturated_from;
   const bool quads = format_ == PixelFormat::nv12;
   const int row = quads ? y % 2 : 0;
   out.at = {plane(row, 0), plane(row, 1), plane(row, 2), plane(row, 3)};
   if (row == 1) return;  // Made with the row above.
-  const Planes upper = planes(0), lower = planes(1);
+  const PlaneRow upper = planes(0), lower = planes(1);
   if (!quads) {
     const std::uint8_t* here = row_of(view, y) + 2 * from;
     fetch(here, ahead_of(chunk, y, stride, 2), 2 * pixels);
-    planes_of_yuyv(here, pixels, {upper[0], upper[1], upper[2]});
+    planes_of_yuyv(here, pixels, upper);
     shared_tops(upper, nullptr, pixels, saturated_from, plane(0, 3) + from, nullptr);
     return;
   }
@@ -317,7 +316,7 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   fetch(here + stride, ahead, pixels);
   // Half as many rows of chroma as of luma lie between.
   fetch(chroma, y + 2 < chunk.top + chunk.rows ? stride : ahead + stride * (chunk.rows / 2 - 1), pixels);
-  planes_of_nv12(here, here + stride, chroma, pixels, {upper[0], upper[1], upper[2]}, {lower[0], lower[1], lower[2]});
+  planes_of_nv12(here, here + stride, chroma, pixels, upper, lower);
   shared_tops(upper, &lower, pixels, saturated_from, plane(0, 3) + from, plane(1, 3) + from);
 }
 

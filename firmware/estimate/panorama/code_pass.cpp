@@ -73,9 +73,9 @@ void CodePass::plan_lens(int lens, const PhotometricCalibration& photometry) {
     while (code < 255 && linear[code] < static_cast<float>(i) / 4095) ++code;
     plan.step8[i] = linear[code] - linear[code - 1];
   }
-  plan.clipped8 = static_cast<unsigned>(std::ceil(photometry.saturation * 255));
-  plan.clipped10 = static_cast<unsigned>(std::ceil(photometry.saturation * 1023));
-  plan.clipped12 = static_cast<unsigned>(std::ceil(photometry.saturation * 4095));
+  plan.clipped8 = saturated_from(photometry, 256);
+  plan.clipped10 = saturated_from(photometry, 1024);
+  plan.clipped12 = saturated_from(photometry, 4096);
   plan.read2 = static_cast<float>(photometry.read_noise * photometry.read_noise);
   plan.shot = static_cast<float>(photometry.shot_noise);
   plan.cut_noise = photometry.black_level < 2 * photometry.read_noise ? static_cast<float>(photometry.read_noise) : 0.0F;
@@ -273,14 +273,14 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       std::uint8_t* r = planes_.data() + static_cast<std::size_t>(y) * kChunk;
       return PlaneRow{r, r + kNext, r + 2 * kNext};
     };
-    const auto luma = [&](int y) { return bytes(view, static_cast<std::size_t>(top + y)) + at; };
+    const auto line = [&](int y) { return bytes(view, static_cast<std::size_t>(top + y)); };
     if (view.format == PixelFormat::yuyv) {
-      for (int y = 0; y < rows; ++y) planes_of_yuyv(luma(y) + at, count, plane(y));
+      for (int y = 0; y < rows; ++y) planes_of_yuyv(line(y) + 2 * at, count, plane(y));
     } else {
       for (int y = 0; y < rows; y += 2) {
         // Blocks begin at even rows; of an odd height the last row has its chroma for itself.
         const int below = std::min(y + 1, rows - 1);
-        planes_of_nv12(luma(y), luma(below), bytes(view, static_cast<std::size_t>(view.height + (top + y) / 2)) + at, count,
+        planes_of_nv12(line(y) + at, line(below) + at, bytes(view, static_cast<std::size_t>(view.height + (top + y) / 2)) + at, count,
                        plane(y), plane(below));
       }
     }

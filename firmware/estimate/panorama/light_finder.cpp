@@ -350,6 +350,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
   for (const std::uint32_t block : owned_) owner_[block] = 0;
   owned_.clear();
   pixels_.forget();
+  ++frame_number_;
   candidates_.clear();
   parts_.clear();
   region_of_light_.clear();
@@ -366,14 +367,13 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
   const double faintest = least_share * mean_luminance * grid.covered_sr();
   const auto most = static_cast<std::size_t>(config.max_lights);
   const auto stronger = [](const Light& a, const Light& b) { return a.irradiance.luminance() > b.irradiance.luminance(); };
-  const std::uint32_t frame_before = flood_number_;
   Light brightest;
   bool first_region = true;
   for (int regions = 0; regions < kMostRegions && !candidates_.empty();) {
     std::pop_heap(candidates_.begin(), candidates_.end());
     const Candidate c = candidates_.back();
     candidates_.pop_back();
-    if (owner_[c.block] != 0 || passed_over_[c.block] > frame_before) continue;
+    if (owner_[c.block] != 0 || passed_over_[c.block] == frame_number_) continue;
 
     parent_ = 0;
     const float skirt = std::max(kSkirt * c.peak, kSkirtOverMean * mean_luminance);
@@ -383,7 +383,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
       const double about = flood(sums, grid, c.block, skirt, kCosReach);
       if (about < faintest || (lights.size() >= most && about < kDisplaces * lights.back().irradiance.luminance())) {
         // Nor need its other blocks be tried: what they reach is no more, but for what is dimmer than this one's skirt.
-        for (const std::uint32_t block : flood_) passed_over_[block] = flood_number_;
+        for (const std::uint32_t block : flood_) passed_over_[block] = frame_number_;
         continue;
       }
     }

@@ -103,7 +103,8 @@ class LightFinder {
   double doubt2_ = 0;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> flood_, flood_mark_;
-  std::vector<std::uint32_t> passed_over_;  ///< The flood that was too faint to be looked at.
+  std::vector<std::uint32_t> passed_over_;  ///< The frame in which the block was last part of what is too faint.
+  std::uint32_t frame_number_ = 0;
   std::uint32_t flood_number_ = 0;
   std::size_t compact_blocks_ = 0;
 };

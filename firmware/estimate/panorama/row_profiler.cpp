@@ -16,8 +16,8 @@ constexpr int kGroupRows = 16;
 
 std::vector<float> linear_or_nan(const PhotometricCalibration& photometry, int levels) {
   std::vector<float> out = linear_table(photometry, levels);
-  const auto saturated_from = static_cast<std::size_t>(std::ceil(photometry.saturation * (levels - 1)));
-  for (std::size_t code = saturated_from; code < out.size(); ++code) out[code] = std::numeric_limits<float>::quiet_NaN();
+  for (std::size_t code = saturated_from(photometry, levels); code < out.size(); ++code)
+    out[code] = std::numeric_limits<float>::quiet_NaN();
   return out;
 }
 

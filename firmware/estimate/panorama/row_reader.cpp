@@ -38,7 +38,7 @@ RowReader::CodeTable::CodeTable(const PhotometricCalibration& photometry, int le
     : linear(linear_table(photometry, levels)), step(linear.size()) {
   for (std::size_t i = 0; i < step.size(); ++i)
     step[i] = values_per_step * (i > 0 ? linear[i] - linear[i - 1] : linear[1] - linear[0]);
-  saturated_from = static_cast<unsigned>(std::ceil(photometry.saturation * (levels - 1)));
+  saturated_from = lightwell::saturated_from(photometry, levels);
 }
 
 RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig), table_(table) {

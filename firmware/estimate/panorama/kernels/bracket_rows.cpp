@@ -209,12 +209,12 @@ void MergeRow(const BracketRow& row, std::size_t begin, std::size_t end, std::si
   }
 }
 
-HWY_INLINE V8 top_of(const Planes& row, std::size_t at) {
+HWY_INLINE V8 top_of(const PlaneRow& row, std::size_t at) {
   const D8 d;
-  return hn::Max(hn::LoadU(d, row[0] + at), hn::Max(hn::LoadU(d, row[1] + at), hn::LoadU(d, row[2] + at)));
+  return hn::Max(hn::LoadU(d, row.r + at), hn::Max(hn::LoadU(d, row.g + at), hn::LoadU(d, row.b + at)));
 }
 
-void SharedTops(const Planes& row, const Planes* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
+void SharedTops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
                 std::uint8_t* out_below) {
   const D8 d;
   const hn::RepartitionToWide<D8> d16;
@@ -292,7 +292,7 @@ HWY_EXPORT(MergeRow);
 HWY_EXPORT(FoldColumns);
 HWY_EXPORT(SharedTops);
 
-void shared_tops(const Planes& row, const Planes* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
+void shared_tops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
                  std::uint8_t* out_below) {
   HWY_DYNAMIC_DISPATCH(SharedTops)(row, below, pixels, saturated_from, out, out_below);
 }

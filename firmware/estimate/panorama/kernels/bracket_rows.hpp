@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "camera/frame.hpp"
+#include "estimate/panorama/kernels/ycbcr_planes.hpp"
 
 namespace lightwell::estimate {
 
@@ -74,8 +75,7 @@ struct BracketRow {
 /// The largest code of each pixel of one row of planes r, g, b or of two, whose pixels share colour by pairs or by quads; 255
 /// where one of those that share has a code of at least `saturated_from`, as its colour is wrong in all of them then.
 /// `pixels`: even, at least 64. `below`, `out_below`: null of one row.
-using Planes = std::array<std::uint8_t*, 3>;
-void shared_tops(const Planes& row, const Planes* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
+void shared_tops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
                  std::uint8_t* out_below);
 
 /// Sums `blocks` blocks of `edge` columns (a power of two), the first of which begins at column `first`, in place: the sum
