@@ -10,29 +10,22 @@
 namespace lightwell {
 namespace {
 
-/// Factors of the normalised recursion in l at fixed m:
-///   Q_m^m     = start[m]  (times sqrt 2 for m > 0, which real functions need)
-///   Q_{m+1}^m = z sqrt(2m+3) Q_m^m
-///   Q_l^m     = a (z Q_{l-1}^m - b Q_{l-2}^m)
-struct Recursion {
-  std::array<double, kMaxBasisBand + 1> start{};
-  std::array<std::array<double, kMaxBasisBand + 1>, kMaxBasisBand + 1> a{}, b{};
-
-  Recursion() {
-    double diagonal = std::sqrt(0.25 / std::numbers::pi);
-    for (int m = 0; m <= kMaxBasisBand; ++m) {
-      if (m > 0) diagonal *= std::sqrt((2.0 * m + 1) / (2.0 * m));
-      start[m] = m > 0 ? std::numbers::sqrt2 * diagonal : diagonal;
-      for (int l = m + 1; l <= kMaxBasisBand; ++l) {
-        const double ll = l * l, mm = m * m, below = (l - 1.0) * (l - 1.0);
-        a[l][m] = std::sqrt((4 * ll - 1) / (ll - mm));
-        b[l][m] = std::sqrt((below - mm) / (4 * below - 1));
-      }
+ShRecursion make_recursion() {
+  ShRecursion r;
+  double diagonal = std::sqrt(0.25 / std::numbers::pi);
+  for (int m = 0; m <= kMaxBasisBand; ++m) {
+    if (m > 0) diagonal *= std::sqrt((2.0 * m + 1) / (2.0 * m));
+    r.start[m] = m > 0 ? std::numbers::sqrt2 * diagonal : diagonal;
+    for (int l = m + 1; l <= kMaxBasisBand; ++l) {
+      const double ll = l * l, mm = m * m, below = (l - 1.0) * (l - 1.0);
+      r.a[l][m] = std::sqrt((4 * ll - 1) / (ll - mm));
+      r.b[l][m] = std::sqrt((below - mm) / (4 * below - 1));
     }
   }
-};
+  return r;
+}
 
-const Recursion kRecursion;
+const ShRecursion kRecursion = make_recursion();
 
 template <class T>
 void basis(int band, Vec3<T> d, std::span<T> out) {
@@ -93,6 +86,7 @@ struct SphereRule {
 
 void sh_basis(int band, Vec3d d, std::span<double> out) { basis<double>(band, d, out); }
 void sh_basis(int band, Vec3f d, std::span<float> out) { basis<float>(band, d, out); }
+const ShRecursion& sh_recursion() { return kRecursion; }
 
 Radiance evaluate(const RadianceSh& sh, Vec3f d) { return evaluate_any(sh, d); }
 Irradiance evaluate(const IrradianceSh& sh, Vec3f normal) { return evaluate_any(sh, normal); }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "estimate/common/kernels/point_rows.hpp"
 #include "estimate/common/kernels/weighted_rows.hpp"
 
 namespace lightwell::estimate {
@@ -113,20 +114,20 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
   }
-  constexpr std::size_t kMovedChunk = 32;
-  for (std::size_t begin = 0; begin < moved.size(); begin += kMovedChunk) {
+  LightPoints points;
+  for (std::size_t begin = 0; begin < moved.size(); begin += LightPoints::kMost) {
     float part[3][kRowCount] = {};
-    for (const Moved& m : moved.subspan(begin, std::min(kMovedChunk, moved.size() - begin))) {
-      const BasisRow there = basis_row(m.centroid);
-      const BasisRow& here = rows_[m.cell];
+    points.count = std::min(LightPoints::kMost, moved.size() - begin);
+    for (std::size_t k = 0; k < points.count; ++k) {
+      const Moved& m = moved[begin + k];
       const CellSum& s = sums[m.cell];
-      for (std::size_t i = 0; i < kRowCount; ++i) {
-        const float shift = there[i] - here[i];
-        part[0][i] += shift * s.r;
-        part[1][i] += shift * s.g;
-        part[2][i] += shift * s.b;
-      }
+      const Vec3f to = vec_cast<float>(m.centroid);
+      points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;
+      points.r[k] = s.r, points.g[k] = s.g, points.b[k] = s.b;
+      const CellSum from{-s.r, -s.g, -s.b};
+      add_weighted_rows(rows_[m.cell].data(), &from.r, 1, part);
     }
+    add_points(points, part);
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
   }

@@ -1,5 +1,5 @@
 // Real spherical harmonics: orthonormal, no Condon-Shortley phase, index l(l+1)+m, band 1 in the order y, z, x.
-//   sh_basis      values of all functions up to a band at a direction
+//   sh_basis      values of all functions up to a band at a direction; sh_recursion: how they are made
 //   Sh<Quantity>  coefficients per channel: RadianceSh, IrradianceSh
 //   evaluate, rotated, irradiance_of
 #pragma once
@@ -25,6 +25,16 @@ inline constexpr int kMaxBasisBand = 16;
 /// Evaluation"): no pole, no division by zero.
 void sh_basis(int band, Vec3d d, std::span<double> out);
 void sh_basis(int band, Vec3f d, std::span<float> out);
+
+/// Factors of that recursion, in l at fixed m, for those who run it on vectors of directions. With Q the part that depends
+/// on z, and (x + iy)^m, whose real part belongs to m and whose imaginary part to -m:
+///   Q_m^m     = start[m]  (times sqrt 2 for m > 0, which real functions need)
+///   Q_l^m     = a[l][m] (z Q_{l-1}^m - b[l][m] Q_{l-2}^m), of which the second is 0 for l = m + 1
+struct ShRecursion {
+  std::array<double, kMaxBasisBand + 1> start{};
+  std::array<std::array<double, kMaxBasisBand + 1>, kMaxBasisBand + 1> a{}, b{};
+};
+[[nodiscard]] const ShRecursion& sh_recursion();
 
 /// Coefficients of one quantity over directions.
 template <class Quantity>

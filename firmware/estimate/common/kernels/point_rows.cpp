@@ -1,0 +1,112 @@
+#include "estimate/common/kernels/point_rows.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "estimate/common/kernels/point_rows.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h, says Highway.
+#include <hwy/highway.h>
+
+#ifndef LIGHTWELL_KERNELS_POINT_ROWS_ONCE
+#define LIGHTWELL_KERNELS_POINT_ROWS_ONCE
+namespace lightwell::estimate {
+
+constexpr int kTop = kTailBands.back();
+
+/// The recursion's factors in float, and which number of a row belongs to which function: that of (l, 0), or none.
+struct PointTable {
+  std::array<float, kTop + 1> start{};
+  std::array<std::array<float, kTop + 1>, kTop + 1> a{}, b{};
+  std::array<int, kTop + 1> middle{};
+
+  PointTable() {
+    for (std::size_t m = 0; m <= kTop; ++m) {
+      start[m] = static_cast<float>(sh_recursion().start[m]);
+      for (std::size_t l = 0; l <= kTop; ++l) {
+        a[l][m] = static_cast<float>(sh_recursion().a[l][m]);
+        b[l][m] = static_cast<float>(sh_recursion().b[l][m]);
+      }
+    }
+    middle.fill(-1);
+    for (int l = 0; l <= kMaxBand; ++l) middle[static_cast<std::size_t>(l)] = sh_index(l, 0);
+    int at = sh_count(kMaxBand);
+    for (const int l : kTailBands) {
+      middle[static_cast<std::size_t>(l)] = at + l;
+      at += 2 * l + 1;
+    }
+  }
+};
+
+}  // namespace lightwell::estimate
+#endif  // LIGHTWELL_KERNELS_POINT_ROWS_ONCE
+
+HWY_BEFORE_NAMESPACE();
+namespace lightwell::estimate {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+
+/// `sums`: three vectors a number of the row, whose lanes add up to it.
+HWY_INLINE void add_product(D d, V value, V r, V g, V b, int row, float* sums) {
+  const std::size_t lanes = hn::Lanes(d);
+  float* at = sums + 3 * static_cast<std::size_t>(row) * lanes;
+  hn::Store(hn::MulAdd(value, r, hn::Load(d, at)), d, at);
+  hn::Store(hn::MulAdd(value, g, hn::Load(d, at + lanes)), d, at + lanes);
+  hn::Store(hn::MulAdd(value, b, hn::Load(d, at + 2 * lanes)), d, at + 2 * lanes);
+}
+
+void AddPoints(const PointTable& table, const LightPoints& points, float (&out)[3][kRowCount]) {
+  const D d;
+  const std::size_t lanes = hn::Lanes(d);
+  alignas(64) float sums[3 * kRowCount * 16];
+  for (std::size_t i = 0; i < 3 * kRowCount * lanes; i += lanes) hn::Store(hn::Zero(d), d, sums + i);
+  for (std::size_t k = 0; k < points.count; k += lanes) {
+    // Lanes beyond the last point hold what an earlier one left there: any number, but no light.
+    const auto there = hn::FirstN(d, points.count - k);
+    const V x = hn::Load(d, points.x.data() + k), y = hn::Load(d, points.y.data() + k), z = hn::Load(d, points.z.data() + k);
+    const V r = hn::IfThenElseZero(there, hn::Load(d, points.r.data() + k));
+    const V g = hn::IfThenElseZero(there, hn::Load(d, points.g.data() + k));
+    const V b = hn::IfThenElseZero(there, hn::Load(d, points.b.data() + k));
+    V re = hn::Set(d, 1.0F), im = hn::Zero(d);
+    for (int m = 0; m <= kTop; ++m) {
+      const auto order = static_cast<std::size_t>(m);
+      V previous = hn::Zero(d), current = hn::Set(d, table.start[order]);
+      for (int l = m;; ++l) {
+        if (const int middle = table.middle[static_cast<std::size_t>(l)]; middle >= 0) {
+          add_product(d, hn::Mul(current, re), r, g, b, middle + m, sums);
+          if (m > 0) add_product(d, hn::Mul(current, im), r, g, b, middle - m, sums);
+        }
+        if (l == kTop) break;
+        const auto up = static_cast<std::size_t>(l) + 1;
+        const V lower = hn::Mul(hn::Set(d, table.b[up][order]), previous);
+        const V next = hn::Mul(hn::Set(d, table.a[up][order]), hn::MulSub(z, current, lower));
+        previous = current;
+        current = next;
+      }
+      const V turned = hn::NegMulAdd(im, y, hn::Mul(re, x));
+      im = hn::MulAdd(re, y, hn::Mul(im, x));
+      re = turned;
+    }
+  }
+  for (std::size_t i = 0; i < kRowCount; ++i)
+    for (std::size_t c = 0; c < 3; ++c) out[c][i] += hn::GetLane(hn::SumOfLanes(d, hn::Load(d, sums + (3 * i + c) * lanes)));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace lightwell::estimate
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace lightwell::estimate {
+
+HWY_EXPORT(AddPoints);
+
+void add_points(const LightPoints& points, float (&out)[3][kRowCount]) {
+  static const PointTable table;
+  HWY_DYNAMIC_DISPATCH(AddPoints)(table, points, out);
+}
+
+}  // namespace lightwell::estimate
+#endif  // HWY_ONCE
