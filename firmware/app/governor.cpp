@@ -14,7 +14,7 @@ constexpr double kLateShare = 0.05, kLateMemory = 256;
 constexpr double kRoom = 0.9;
 /// What the steps from fast to balanced and from there to exact usually cost (lightwell-eval --pareto, 2 x 640x480), until
 /// they are measured.
-constexpr double kUsualSteps[] = {2.5, 4.2};
+constexpr double kUsualSteps[] = {1.2, 1.8};
 constexpr double kLargestStep = 64;
 constexpr std::uint64_t kFirstPatience = 30, kMostPatience = 30 * 256, kPatienceFactor = 4;
 /// Half-life of what is known of a step, in patiences.

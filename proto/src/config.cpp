@@ -36,6 +36,18 @@ Status EstimatorConfig::validate() const {
   return {};
 }
 
+EstimatorConfig at_setting(EstimatorConfig config) {
+  double wider = 1;
+  switch (config.setting) {
+    case Setting::fast: wider = 2; break;
+    case Setting::balanced: break;
+    case Setting::exact: wider = 0; break;
+  }
+  config.epsilon *= wider;
+  config.radiance_epsilon *= wider;
+  return config;
+}
+
 Status Config::validate() const {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
   if (probe_name.empty() || probe_name.size() > 64) return bad("probe_name must have 1 to 64 characters");

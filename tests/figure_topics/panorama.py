@@ -15,11 +15,12 @@ import subprocess
 import time
 
 from figure_topics.panorama_extremes import extremes
+from figure_topics.panorama_front import front
 from figure_topics.rows import at_least, at_most, equals, reported, row
 
 ALL_PANORAMAS = True
 TARGETS = ["measure_speed", "measure_peers", "measure_accuracy", "measure_bound", "measure_balls", "measure_kernels",
-           "measure_extremes"]
+           "measure_extremes", "lightwell-eval"]
 AARCH64_TARGETS = ["measure_kernels", "measure_instructions"]
 
 PANORAMAS = 26
@@ -370,7 +371,7 @@ def measure(folder, say):
     root = folder.parents[2]
     programs = Programs(folder, say)
     aarch64_folder, sysroot = build_for_aarch64(root, say)
-    rows = speed(programs) + linearity(programs) + small_lights(programs) + peers(programs)
+    rows = speed(programs) + linearity(programs) + small_lights(programs) + peers(programs) + front(folder, say)
 
     accuracies = [("--epsilon", "0.01"), ("--epsilon", "0.005"), *(("--sensor", sensor) for sensor in SENSORS)]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:

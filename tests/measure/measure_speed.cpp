@@ -31,6 +31,7 @@ constexpr int kSizes[][2] = {{640, 480}, {1280, 960}, {1920, 1440}, {2560, 1920}
 /// Pictures of every size take turns in as much memory, more than any cache holds: eight of 3840x3840.
 constexpr std::size_t kBytesOfSizes = 8UL * 3 * 3840 * 3840;
 constexpr int kLights = 64;
+constexpr int kPassesInTurns = 20;
 /// A degree and a half wide, six pixels of 1568x784, and 150 times the room: each gives 0.5 % of all light, and a lamp
 /// of less than 0.2 % is none to the estimator.
 constexpr double kLightRadiusRad = 0.75 * std::numbers::pi / 180;
@@ -144,15 +145,15 @@ void lights() {
           c.config.max_lights = kLights;
           c.config.epsilon = 0;
         }
-        // In turns, the better of two each: both see the machine's good moments.
-        measure::Speed without = measure_speed(none, c), with = measure_speed(all, c);
-        const measure::Speed again = measure_speed(none, c), with_again = measure_speed(all, c);
-        if (again.seconds < without.seconds) without = again;
-        if (with_again.seconds < with.seconds) with = with_again;
+        measure::SpeedBench without(none, c), with(all, c);
+        for (int pass = 0; pass < kPassesInTurns; ++pass) {
+          without.pass();
+          with.pass();
+        }
         const std::string prefix = std::string("lights.").append(choice) + "." + std::string(to_string(setting)) +
                                    (linear ? ".rgb8_linear." : ".rgb8.");
-        print(prefix + "0", without);
-        print(prefix + std::to_string(kLights), with);
+        print(prefix + "0", without.best());
+        print(prefix + std::to_string(kLights), with.best());
       }
     }
   }

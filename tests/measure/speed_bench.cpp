@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <limits>
 
-#include <lightwell/codec.hpp>
 #include <lightwell/time.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
@@ -24,8 +24,8 @@ constexpr int kPasses = 5;
   std::exit(1);
 }
 
-/// Seconds of one call: the mean of a pass over all buffers.
-double pass(std::size_t buffers, const std::function<void(std::size_t)>& once) {
+/// Seconds of one call: the mean over all buffers.
+double mean_seconds(std::size_t buffers, const std::function<void(std::size_t)>& once) {
   const std::int64_t start = monotonic_now_ns();
   for (std::size_t i = 0; i < buffers; ++i) once(i);
   return static_cast<double>(monotonic_now_ns() - start) * 1e-9 / static_cast<double>(buffers);
@@ -33,7 +33,7 @@ double pass(std::size_t buffers, const std::function<void(std::size_t)>& once) {
 
 }  // namespace
 
-Speed measure_speed(const sim::Scene& scene, const SpeedCase& c) {
+SpeedBench::SpeedBench(const sim::Scene& scene, const SpeedCase& c) {
   Result<RigParameters> made_rig = sim::make_rig(c.rig, c.width, c.height, c.format);
   if (!made_rig) fail(made_rig.status());
   RigParameters& rig = *made_rig;
@@ -55,8 +55,8 @@ Speed measure_speed(const sim::Scene& scene, const SpeedCase& c) {
     }
   }
 
-  std::vector<std::vector<std::byte>> buffers(c.buffers, bracket);
-  std::vector<std::vector<Frame>> frames(c.buffers);
+  buffers_.assign(c.buffers, bracket);
+  frames_.resize(c.buffers);
   for (std::size_t i = 0; i < c.buffers; ++i) {
     for (std::size_t e = 0; e < c.exposures.size(); ++e) {
       Frame frame;
@@ -67,9 +67,9 @@ Speed measure_speed(const sim::Scene& scene, const SpeedCase& c) {
       for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
         const std::size_t at = offsets[k * c.exposures.size() + e], stride = packed_stride(c.format, c.width);
         frame.add_view({static_cast<int>(k), c.format, c.width, c.height, stride,
-                        std::span(buffers[i]).subspan(at, picture_bytes(c.format, stride, c.height))});
+                        std::span(buffers_[i]).subspan(at, picture_bytes(c.format, stride, c.height))});
       }
-      frames[i].push_back(std::move(frame));
+      frames_[i].push_back(std::move(frame));
     }
   }
 
@@ -77,26 +77,30 @@ Speed measure_speed(const sim::Scene& scene, const SpeedCase& c) {
   options.config = c.config;
   Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
-  Encoder encoder;
-  Descriptor d;
-  Speed out;
-  out.bytes = static_cast<double>(bracket.size());
-  out.seconds = out.memcpy_seconds = 1e9;
-  // In turns, so that both see the machine's good moments. All buffers hold the same, so copying changes nothing.
-  for (int k = 0; k < kPasses; ++k) {
-    out.seconds = std::min(out.seconds, pass(c.buffers, [&](std::size_t i) {
-                             if (const Status s = (*estimator)->estimate(frames[i], d); !s.ok()) fail(s);
-                             const auto encoded = encoder.encode(d);
+  estimator_ = std::move(*estimator);
+  best_.bytes = static_cast<double>(bracket.size());
+  best_.seconds = best_.memcpy_seconds = std::numeric_limits<double>::infinity();
+}
+
+void SpeedBench::pass() {
+  const std::size_t count = buffers_.size();
+  best_.seconds = std::min(best_.seconds, mean_seconds(count, [&](std::size_t i) {
+                             if (const Status s = estimator_->estimate(frames_[i], made_); !s.ok()) fail(s);
+                             const auto encoded = encoder_.encode(made_);
                              if (!encoded) fail(encoded.status());
-                             out.descriptor_bytes = static_cast<double>(encoded->size());
+                             best_.descriptor_bytes = static_cast<double>(encoded->size());
                            }));
-    out.memcpy_seconds =
-        std::min(out.memcpy_seconds, pass(c.buffers, [&](std::size_t i) {
-                   std::memcpy(buffers[(i + 1) % c.buffers].data(), buffers[i].data(), buffers[i].size());
-                 }));
-  }
-  out.lights = static_cast<int>(d.lights.size());
-  return out;
+  best_.lights = static_cast<int>(made_.lights.size());
+  // All buffers hold the same, so copying changes nothing.
+  best_.memcpy_seconds = std::min(best_.memcpy_seconds, mean_seconds(count, [&](std::size_t i) {
+                                    std::memcpy(buffers_[(i + 1) % count].data(), buffers_[i].data(), buffers_[i].size());
+                                  }));
+}
+
+Speed measure_speed(const sim::Scene& scene, const SpeedCase& c) {
+  SpeedBench bench(scene, c);
+  for (int k = 0; k < kPasses; ++k) bench.pass();
+  return bench.best();
 }
 
 }  // namespace lightwell::measure

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include <lightwell/codec.hpp>
 #include <lightwell/config.hpp>
 #include <lightwell/pixel.hpp>
 
+#include "camera/frame.hpp"
+#include "estimate/estimator.hpp"
 #include "sim/scene.hpp"
 
 namespace lightwell::measure {
@@ -24,13 +28,31 @@ struct SpeedCase {
 };
 
 struct Speed {
-  double seconds = 0;         ///< Of one descriptor; best of five passes over all buffers.
-  double memcpy_seconds = 0;  ///< Of copying the bytes of one bracket; best of five that take turns with those.
+  double seconds = 0;         ///< Of one descriptor; best of the passes over all buffers.
+  double memcpy_seconds = 0;  ///< Of copying the bytes of one bracket; best of as many that take turns with those.
   double bytes = 0;           ///< Of one bracket.
   double descriptor_bytes = 0;
   int lights = 0;
 };
 
+/// One case; several that take turns pass by pass see the same good moments of a machine that is different from second to
+/// second.
+class SpeedBench {
+ public:
+  SpeedBench(const sim::Scene& scene, const SpeedCase& c);
+  void pass();
+  [[nodiscard]] const Speed& best() const { return best_; }
+
+ private:
+  std::vector<std::vector<std::byte>> buffers_;
+  std::vector<std::vector<Frame>> frames_;  ///< Of the bytes in buffers_.
+  std::unique_ptr<Estimator> estimator_;
+  Encoder encoder_;
+  Descriptor made_;
+  Speed best_;
+};
+
+/// Best of five passes.
 [[nodiscard]] Speed measure_speed(const sim::Scene& scene, const SpeedCase& c);
 
 }  // namespace lightwell::measure

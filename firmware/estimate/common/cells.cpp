@@ -61,31 +61,6 @@ void CellGrid::add_cell(std::span<const Pixel> pixels) {
   covered_ += total;
 }
 
-CellGrid CellGrid::merged(std::span<const std::uint32_t> part_of, std::size_t cells) const {
-  std::vector<std::array<double, kRowCount>> sum(cells);
-  std::vector<double> total(cells);
-  std::vector<Vec3d> toward(cells);
-  for (std::size_t cell = 0; cell < size(); ++cell) {
-    const std::size_t to = part_of[cell];
-    total[to] += solid_angle_[cell];
-    toward[to] += vec_cast<double>(direction_[cell]) * static_cast<double>(solid_angle_[cell]);
-    for (std::size_t i = 0; i < kRowCount; ++i) sum[to][i] += static_cast<double>(solid_angle_[cell]) * rows_[cell][i];
-  }
-  CellGrid out;
-  out.reserve(cells);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    BasisRow row{};
-    if (total[cell] > 0)
-      for (std::size_t i = 0; i < kRowCount; ++i) row[i] = static_cast<float>(sum[cell][i] / total[cell]);
-    out.rows_.push_back(row);
-    out.solid_angle_.push_back(static_cast<float>(total[cell]));
-    out.direction_.push_back(vec_cast<float>(normalized(toward[cell])));
-    out.covered_ += total[cell];
-  }
-  out.finish();
-  return out;
-}
-
 void CellGrid::finish() {
   whole_sphere_ = covered_ > kWholeSphere * 4 * std::numbers::pi;
   if (!whole_sphere_) return;

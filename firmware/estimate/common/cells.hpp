@@ -46,8 +46,6 @@ class CellGrid {
   /// to 6, so that what has no higher band comes out exactly, whatever the tiling; elsewhere (and where the cells are
   /// too few to tell the functions apart) it stays the plain sum with darkness where nothing was seen.
   void finish();
-  /// The grid whose cell k is made of the cells of this one that `part_of` gives k for; finished as this one was.
-  [[nodiscard]] CellGrid merged(std::span<const std::uint32_t> part_of, std::size_t cells) const;
 
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   [[nodiscard]] double covered_sr() const { return covered_; }

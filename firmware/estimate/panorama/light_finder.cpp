@@ -14,6 +14,10 @@ constexpr float kSkirt = 0.02F;
 constexpr float kSkirtOverMean = 3;
 /// And no further from the centroid than this: a glow that wide is better left to the harmonics.
 const float kCosReach = std::cos(12 * std::numbers::pi_v<float> / 180);
+/// Blocks are told apart by their middles: some of a block's pixels are nearer.
+const float kCosReachOfBlocks = std::cos(16 * std::numbers::pi_v<float> / 180);
+/// So far apart are two ends of one light.
+const float kCosAcross = std::cos(24 * std::numbers::pi_v<float> / 180);
 /// A wider region is no light that casts a shadow.
 constexpr float kWidest = 0.6F;
 /// A light that gives less of all light than this is left to the harmonics: it could not change a figure of the answer.
@@ -121,12 +125,11 @@ void LightFinder::claim(Place place, PixelId id, const PixelLight& light) {
   all_claimed_.push_back(id);
 }
 
-double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor,
+double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, Vec3f axis,
                          float cos_reach) {
   ++flood_number_;
   flood_.assign(1, block);
   flood_mark_[block] = flood_number_;
-  const Vec3f axis = grid.direction(block);
   double luminance = 0, sr = 0, beside = std::numeric_limits<double>::infinity();
   for (std::size_t next = 0; next < flood_.size(); ++next) {
     const std::uint32_t at = flood_[next];
@@ -308,14 +311,15 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     const int shared = reader.pixels_per_color();
     const double samples = std::max(1.0, static_cast<double>(core) / shared);
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
-    (void)flood(sums, grid, block, skirt, kCosReach);
+    const Vec3f middle = vec_cast<float>(axis);
+    (void)flood(sums, grid, block, skirt, middle, kCosReachOfBlocks);
     if (is_compact(grid)) {
-      grow(reader, RegionPart::skirt, skirt, vec_cast<float>(axis), kCosReach);
+      grow(reader, RegionPart::skirt, skirt, middle, kCosReach);
     } else {
       // Pixel by pixel where the core's blocks are, by whole blocks beyond.
-      (void)flood(sums, grid, block, 0.5F * peak, -2);
-      grow(reader, RegionPart::skirt, skirt, vec_cast<float>(axis), kCosReach);
-      (void)flood(sums, grid, block, skirt, kCosReach);
+      (void)flood(sums, grid, block, 0.5F * peak, {}, -2);
+      grow(reader, RegionPart::skirt, skirt, middle, kCosReach);
+      (void)flood(sums, grid, block, skirt, middle, kCosReach);
       gather_blocks(sums, grid, skirt, axis, all);
     }
   } else {
@@ -380,7 +384,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
     // What the blocks that it may reach hold over their surroundings: where even that is too faint, or fainter than all
     // that have found room, no pixel need be looked at.
     if (!first_region) {
-      const double about = flood(sums, grid, c.block, skirt, kCosReach);
+      const double about = flood(sums, grid, c.block, skirt, grid.direction(c.block), kCosAcross);
       if (about < faintest || (lights.size() >= most && about < kDisplaces * lights.back().irradiance.luminance())) {
         // Nor need its other blocks be tried: what they reach is no more, but for what is dimmer than this one's skirt.
         for (const std::uint32_t block : flood_) passed_over_[block] = frame_number_;
@@ -388,7 +392,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
       }
     }
 
-    (void)flood(sums, grid, c.block, 0.5F * c.peak, -2);
+    (void)flood(sums, grid, c.block, 0.5F * c.peak, {}, -2);
     bool compact = is_compact(grid);
     Place peak_at{};
     float peak = c.peak;
@@ -407,7 +411,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
         continue;
       }
       if (peak < c.peak) {
-        (void)flood(sums, grid, c.block, 0.5F * peak, -2);
+        (void)flood(sums, grid, c.block, 0.5F * peak, {}, -2);
         compact = is_compact(grid);
       }
     }

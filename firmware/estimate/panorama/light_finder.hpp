@@ -67,9 +67,10 @@ class LightFinder {
   void plan_neighbours(const RigTable& table);
   /// The brightest pixel of a block that no region has yet.
   [[nodiscard]] Place peak_pixel(std::uint32_t block, float& peak) const;
-  /// Fills flood_ with the blocks connected to `block` (itself first) whose peak is at least `floor`, within cos_reach
-  /// of it; stops at kMostFlood. Returns their luminance together, over that of the darkest block around them.
-  double flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, float cos_reach);
+  /// Fills flood_ with the blocks connected to `block` (itself first) whose peak is at least `floor` and whose
+  /// middle is within `cos_reach` of `axis`; stops at kMostFlood. Returns their luminance together, over that of the darkest
+  /// block around them.
+  double flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, Vec3f axis, float cos_reach);
   void claim(Place place, PixelId id, const PixelLight& light);
   /// Adds to the region all that is connected to it, at least `floor` bright and within `cos_reach` of `axis`.
   void grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach);

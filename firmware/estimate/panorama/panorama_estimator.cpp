@@ -26,8 +26,8 @@ namespace {
 using namespace estimate;
 
 constexpr double kSphere = 4 * std::numbers::pi;
-/// Edge of a block at `balanced`; `fast` takes twice that, `exact` half.
-constexpr double kBlockRad = 1.6 * std::numbers::pi / 180;
+/// Smaller blocks take more time and answer with the same error (lightwell-eval --pareto).
+constexpr double kBlockRad = 3.2 * std::numbers::pi / 180;
 constexpr int kWidestBlock = 16;
 
 /// Relative error of the irradiance of a smooth sphere through pixels and blocks of finite size; measured on the eight
@@ -65,24 +65,22 @@ class PanoramaEstimator final : public Estimator {
         table_(std::move(table)),
         reader_(rig_, table_),
         profiler_(rig_, table_),
-        config_(options.config),
+        config_(at_setting(options.config)),
         pixel_rad_(pixel_side(table_)),
         probe_id_(options.probe_id),
         calibration_id_(calibration_identity(rig)) {
     if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
-    const int edge = options.block_edge > 0 ? options.block_edge : default_edge(table_);
-    // Finest first: the others are merged from it.
-    exact_ = std::make_unique<Stage>(rig_, table_, std::max(edge / 2, 1), nullptr);
-    if (edge > 1) balanced_ = std::make_unique<Stage>(rig_, table_, edge, exact_.get());
-    if (edge < kWidestBlock)
-      fast_ = std::make_unique<Stage>(rig_, table_, 2 * edge, balanced_ ? balanced_.get() : exact_.get());
     seen_.lights.reserve(kMaxLights + 1);
     clipped_tracks_.reserve(kMaxLights + 1);
     clipped_.reserve(kMaxLights + 1);
     if (options.grey_patch) patch_.emplace(*options.grey_patch, table_), patch_normal_ = options.grey_patch->normal;
+    int edge = options.block_edge > 0 ? options.block_edge : default_edge(table_);
+    stage_.emplace(rig_, table_, edge);
+    // Coarse pixels make large blocks; those that are too few for the fit are not worth the time that they save.
+    while (options.block_edge == 0 && edge > 1 && stage_->grid().whole_sphere() && !stage_->grid().fitted())
+      stage_.emplace(rig_, table_, edge /= 2);
     plan_maps();
-    for (const Stage* s : {exact_.get(), balanced_.get(), fast_.get()})
-      if (s != nullptr) rest_.reserve(std::max(rest_.capacity(), s->cell_directions().size()));
+    rest_.reserve(stage_->cell_directions().size());
     for (std::size_t lens = 0; lens < table_.lenses.size(); ++lens)
       profile_[lens].reserve(static_cast<std::size_t>(table_.lenses[lens].height));
   }
@@ -93,7 +91,7 @@ class PanoramaEstimator final : public Estimator {
     if (Status s = config.validate(); !s.ok()) return s;
     const bool other_maps =
         config.environment_edge != config_.environment_edge || config.environment_rate != config_.environment_rate;
-    config_ = config;
+    config_ = at_setting(config);
     if (other_maps) plan_maps();
     return {};
   }
@@ -108,40 +106,29 @@ class PanoramaEstimator final : public Estimator {
   void set_recovery(const Recovery& recovery) override { recovery_ = recovery; }
 
  private:
-  /// All that one setting needs.
-  struct Look {
-    Stage* stage;
-    std::optional<EnvironmentMapper>* mapper;
-  };
-  /// Where pixels are too coarse for three sizes of blocks, the next finer one stands in.
-  Look look() {
-    if (config_.setting == Setting::fast && fast_) return {fast_.get(), &mappers_[2]};
-    if (config_.setting != Setting::exact && balanced_) return {balanced_.get(), &mappers_[1]};
-    return {exact_.get(), &mappers_[0]};
-  }
   void plan_maps();
-  void make_map(const Look& look, Descriptor& out);
-  [[nodiscard]] Flicker watch_flicker(const Stage& stage, std::span<const Frame> bracket);
-  void find_errors(const Stage& stage, Descriptor& out);
-  void find_clipped(const Stage& stage);
-  void recover_clipped(const Stage& stage, Descriptor& out);
-  void judge(const Stage& stage, const IrradianceRms& smoothed, Descriptor& out) const;
+  void make_map(Descriptor& out);
+  [[nodiscard]] Flicker watch_flicker(std::span<const Frame> bracket);
+  void find_errors(Descriptor& out);
+  void find_clipped();
+  void recover_clipped(Descriptor& out);
+  void judge(const IrradianceRms& smoothed, Descriptor& out) const;
 
   RigParameters rig_;
   RigTable table_;
   RowReader reader_;
   RowProfiler profiler_;
-  std::unique_ptr<Stage> exact_, balanced_, fast_;
-  std::array<std::optional<EnvironmentMapper>, 3> mappers_;  ///< Of exact_, balanced_, fast_.
-  const std::optional<EnvironmentMapper>* last_mapper_ = nullptr;
+  std::optional<Stage> stage_;  ///< Always there.
+  std::optional<EnvironmentMapper> mapper_;
+  bool mapper_is_new_ = true;  ///< Nothing of its maps was told yet.
   FlickerDetector flicker_;
-  const Stage* flicker_stage_ = nullptr;  ///< Whose rows the detector has seen; null: those of brackets.
+  bool flicker_of_brackets_ = false;  ///< Whose rows the detector has seen.
   std::array<std::vector<float>, kMaxLenses> profile_;
   std::vector<CellSum> rest_;
   LightTracker tracker_;
   Smoother smoother_;
   Chooser chooser_;
-  EstimatorConfig config_;
+  EstimatorConfig config_;  ///< With the limits that its setting makes.
   RadianceScale scale_;
   double pixel_rad_;
   std::uint32_t probe_id_, calibration_id_;
@@ -159,9 +146,7 @@ class PanoramaEstimator final : public Estimator {
 
 Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
-  const Look look = this->look();
-  Stage& stage = *look.stage;
-  stage.look(reader_, bracket, config_, seen_);
+  stage_->look(reader_, bracket, config_, seen_);
 
   // Scaled before anything else is derived, so that lights, rest and bound speak of the same units.
   const auto factor = static_cast<float>(scale_.factor);
@@ -169,7 +154,7 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
     for (double& v : c) v *= scale_.factor;
   for (Light& light : seen_.lights) light.irradiance = light.irradiance * factor;
   tracker_.assign(seen_.lights);
-  find_clipped(stage);
+  find_clipped();
 
   const FrameInfo& first = bracket.front().info;
   const FrameInfo& last = bracket.back().info;
@@ -181,69 +166,60 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   out.units = scale_.units;
 
   // Independent noise of pixels reaches the irradiance through the mean square of a clipped cosine, 1/6.
-  const double noise_rms = std::sqrt(stage.sums().noise / 6) * scale_.factor;
+  const double noise_rms = std::sqrt(stage_->sums().noise / 6) * scale_.factor;
   IrradianceRms smoothed;
   if (config_.smoothing == Smoothing::one_euro)
     smoothed = smoother_.apply(seen_.projection, seen_.lights, out.time.mid_exposure, noise_rms);
 
-  find_errors(stage, out);
+  find_errors(out);
   const ChoiceLimits limits{config_.band,    config_.max_lights,       config_.epsilon,
                             config_.radiance_epsilon, std::hypot(spread_, kExpectedSampling * sampling_)};
   chooser_.choose(seen_.projection, seen_.lights, seen_.lamp, limits, out.lights, chosen_);
   out.radiance = chosen_.rest;
   out.radiance_step = chosen_.step;
-  make_map(look, out);
+  make_map(out);
   out.coverage = static_cast<float>(std::clamp(seen_.seen_sr / kSphere, 0.0, 1.0));
-  out.saturated = static_cast<float>(std::clamp(stage.sums().clipped_sr / std::max(seen_.seen_sr, 1e-12), 0.0, 1.0));
+  out.saturated = static_cast<float>(std::clamp(stage_->sums().clipped_sr / std::max(seen_.seen_sr, 1e-12), 0.0, 1.0));
   out.probe_id = probe_id_;
   out.calibration_id = calibration_id_;
   out.setting = config_.setting;
-  out.flicker = watch_flicker(stage, bracket);
-  recover_clipped(stage, out);
-  judge(stage, smoothed, out);
+  out.flicker = watch_flicker(bracket);
+  recover_clipped(out);
+  judge(smoothed, out);
   return {};
 }
 
 void PanoramaEstimator::plan_maps() {
-  const Stage* stages[] = {exact_.get(), balanced_.get(), fast_.get()};
-  for (std::size_t k = 0; k < mappers_.size(); ++k) {
-    mappers_[k].reset();
-    if (config_.environment_edge == 0 || stages[k] == nullptr) continue;
-    mappers_[k].emplace(stages[k]->cell_directions(), stages[k]->cell_solid_angles(), config_.environment_edge,
-                        EnvironmentUpdateOptions{.rate_hz = config_.environment_rate});
-  }
-  last_mapper_ = nullptr;
+  mapper_.reset();
+  mapper_is_new_ = true;
+  if (config_.environment_edge == 0) return;
+  mapper_.emplace(stage_->cell_directions(), stage_->cell_solid_angles(), config_.environment_edge,
+                  EnvironmentUpdateOptions{.rate_hz = config_.environment_rate});
 }
 
-void PanoramaEstimator::make_map(const Look& look, Descriptor& out) {
-  if (!*look.mapper) {
-    out.environment.reset();
-    return;
-  }
-  EnvironmentMapper& mapper = **look.mapper;
+void PanoramaEstimator::make_map(Descriptor& out) {
   // Changes are told relative to maps of the same mapper.
-  if (last_mapper_ != look.mapper) {
-    out.environment.reset();
-    last_mapper_ = look.mapper;
-  }
+  if (!mapper_ || mapper_is_new_) out.environment.reset();
+  if (!mapper_) return;
+  mapper_is_new_ = false;
   rest_.clear();
-  if (mapper.due(out.time.mid_exposure)) {
+  if (mapper_->due(out.time.mid_exposure)) {
     std::array<std::size_t, kMaxLights> kept{};
     std::size_t count = 0;
     for (std::size_t k = 0; k < seen_.lights.size(); ++k)
       for (const Light& light : out.lights)
         if (light.track == seen_.lights[k].track && count < kept.size()) kept[count++] = k;
-    look.stage->rest_of_cells({kept.data(), count}, rest_);
+    stage_->rest_of_cells({kept.data(), count}, rest_);
   }
-  mapper.update(rest_, scale_.factor, out.time.mid_exposure, out.environment);
+  mapper_->update(rest_, scale_.factor, out.time.mid_exposure, out.environment);
 }
 
-Flicker PanoramaEstimator::watch_flicker(const Stage& stage, std::span<const Frame> bracket) {
-  // Blocks of another size are other pixels, and so are a bracket's, which has no one time for its merged rows.
-  const Stage* const source = bracket.size() > 1 ? nullptr : &stage;
-  if (flicker_stage_ != source) flicker_.reset();
-  flicker_stage_ = source;
-  if (source == nullptr) {
+Flicker PanoramaEstimator::watch_flicker(std::span<const Frame> bracket) {
+  // A bracket has no one time for its merged rows: other rows are looked at.
+  const bool brackets = bracket.size() > 1;
+  if (flicker_of_brackets_ != brackets) flicker_.reset();
+  flicker_of_brackets_ = brackets;
+  if (brackets) {
     for (const Frame& exposure : bracket) (void)flicker_.add(exposure.info, profiler_.profile(exposure));
     return flicker_.state();
   }
@@ -251,16 +227,16 @@ Flicker PanoramaEstimator::watch_flicker(const Stage& stage, std::span<const Fra
   const std::size_t lenses = bracket[0].views().size();
   if (lenses != table_.lenses.size()) return flicker_.state();
   for (std::size_t lens = 0; lens < lenses; ++lens) {
-    stage.row_profile(static_cast<int>(lens), profile_[lens]);
-    rows[lens] = {profile_[lens], table_.lenses[lens].height, stage.layout().edge()};
+    stage_->row_profile(static_cast<int>(lens), profile_[lens]);
+    rows[lens] = {profile_[lens], table_.lenses[lens].height, stage_->layout().edge()};
   }
   return flicker_.add(bracket[0].info, {rows.data(), lenses});
 }
 
 /// What is known of this frame's errors before anything is chosen.
-void PanoramaEstimator::find_errors(const Stage& stage, Descriptor& out) {
+void PanoramaEstimator::find_errors(Descriptor& out) {
   out.flags = {};
-  const BlockSums& sums = stage.sums();
+  const BlockSums& sums = stage_->sums();
   if (seen_.seen_sr < kWholeSphere * kSphere) out.flags.set(Flag::unseen);
   if (seen_.filled) out.flags.set(Flag::filled);
   if (sums.clipped_sr > 0) out.flags.set(Flag::clipped);
@@ -280,28 +256,28 @@ void PanoramaEstimator::find_errors(const Stage& stage, Descriptor& out) {
   hidden_ = sums.bias / 4 * scale_.factor / rms_;
   if (hidden_ + 3 * spread_ >= 1) out.flags.set(Flag::dark);
   sampling_ = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
-              (stage.grid().fitted() ? 0 : stage.grid().unevenness()) +
+              (stage_->grid().fitted() ? 0 : stage_->grid().unevenness()) +
               (seen_.uneven + seen_.doubt) * scale_.factor / std::sqrt(6.0) / rms_;
 }
 
-void PanoramaEstimator::find_clipped(const Stage& stage) {
+void PanoramaEstimator::find_clipped() {
   clipped_tracks_.clear();
-  if (!(stage.sums().clipped_sr > 0)) return;
-  find_clipped_lights(stage.sums(), stage.grid(), seen_.lights, clipped_tracks_);
+  if (!(stage_->sums().clipped_sr > 0)) return;
+  find_clipped_lights(stage_->sums(), stage_->grid(), seen_.lights, clipped_tracks_);
   // Only what is sent as a light of its own can be made stronger.
   if (!clipped_tracks_.empty())
     for (std::size_t k = seen_.lights.size(); k-- > 0;)
       if (seen_.lights[k].track == clipped_tracks_.front()) seen_.lamp = static_cast<int>(k);
 }
 
-void PanoramaEstimator::recover_clipped(const Stage& stage, Descriptor& out) {
+void PanoramaEstimator::recover_clipped(Descriptor& out) {
   clipped_.clear();
   for (const std::uint32_t track : clipped_tracks_)
     for (const Light& light : out.lights)
       if (light.track == track) clipped_.push_back({track, light.irradiance});
   if (clipped_.size() != clipped_tracks_.size()) clipped_.clear();
   if (patch_ && !clipped_.empty()) {
-    const std::optional<double> e = patch_->irradiance(reader_, stage.layout());
+    const std::optional<double> e = patch_->irradiance(reader_, stage_->layout());
     // A patch that does not tell leaves what is known.
     if (e) (void)recover(out, clipped_, {patch_normal_, *e * scale_.factor}, recovery_);
   }
@@ -311,7 +287,7 @@ void PanoramaEstimator::recover_clipped(const Stage& stage, Descriptor& out) {
   if (recovered.all) out.flags.set(Flag::recovered);
 }
 
-void PanoramaEstimator::judge(const Stage&, const IrradianceRms& smoothed, Descriptor& out) const {
+void PanoramaEstimator::judge(const IrradianceRms& smoothed, Descriptor& out) const {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   out.bound = {};
   if (out.flags.has(Flag::dark)) {

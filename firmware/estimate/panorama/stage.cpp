@@ -10,26 +10,16 @@ namespace {
 /// A cell's light is taken at its own centroid where the other way would be wrong by more than this share of all light
 /// times radians.
 constexpr double kMovedShare = 2e-6;
-constexpr std::size_t kMostMoved = 512;
+constexpr std::size_t kMostMoved = 4096;
 /// A peak of so many times the mean is a lamp that people look for, however little light it gives.
 constexpr float kStrong = 100;
 
-/// The grid of `layout` out of one of blocks half as wide.
-CellGrid merged_grid(const BlockLayout& layout, const Stage& finer) {
-  std::vector<std::uint32_t> part_of(finer.layout().size());
-  for (std::size_t block = 0; block < part_of.size(); ++block) {
-    const BlockLayout::Place p = finer.layout().place(block);
-    part_of[block] = static_cast<std::uint32_t>(layout.block_of(p.lens, p.x, p.y));
-  }
-  return finer.grid().merged(part_of, layout.size());
-}
-
 }  // namespace
 
-Stage::Stage(const RigParameters& rig, const RigTable& table, int edge, const Stage* finer)
+Stage::Stage(const RigParameters& rig, const RigTable& table, int edge)
     : table_(table),
       layout_(table, edge),
-      grid_(finer != nullptr ? merged_grid(layout_, *finer) : layout_.make_grid(table)),
+      grid_(layout_.make_grid(table)),
       pass_(table, layout_),
       codes_(rig, table, layout_),
       brackets_(rig, table, layout_, pass_),

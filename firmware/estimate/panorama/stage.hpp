@@ -1,4 +1,4 @@
-// All that the estimator keeps for one setting: the same pictures through blocks of one size.
+// From pixels to what the sphere looks like: pictures through blocks of one size, their lights, their harmonics.
 #pragma once
 
 #include <lightwell/descriptor.hpp>
@@ -28,8 +28,7 @@ struct Seen {
 
 class Stage {
  public:
-  /// `finer`: the grid of blocks of half the edge, or null; merging is much quicker than summing over pixels.
-  Stage(const RigParameters& rig, const RigTable& table, int edge, const Stage* finer);
+  Stage(const RigParameters& rig, const RigTable& table, int edge);
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 

@@ -28,15 +28,8 @@ struct Case {
   EstimatorConfig config;
   bool named = false;  ///< One of the three settings as it is chosen by name.
 
-  /// Cases of one camera and sensor compete in bytes.
-  [[nodiscard]] bool rivals_in_bytes(const Case& o) const {
-    return width == o.width && height == o.height && sensor == o.sensor;
-  }
-  /// In time, those that were asked for the same error: what epsilon leaves out saves bytes and no time, so that any row of
-  /// a smaller one would beat all others.
-  [[nodiscard]] bool rivals_in_time(const Case& o) const {
-    return rivals_in_bytes(o) && config.epsilon == o.config.epsilon;
-  }
+  /// Cases of one camera and sensor compete.
+  [[nodiscard]] bool rivals(const Case& o) const { return width == o.width && height == o.height && sensor == o.sensor; }
 };
 
 [[nodiscard]] std::vector<Case> all_cases();

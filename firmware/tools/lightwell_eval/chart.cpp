@@ -65,8 +65,6 @@ struct Panel {
   double height = 800;
   std::function<bool(const Row&)> shows;
   std::function<double(const Row&)> cost;
-  std::function<bool(const Row&)> on_front;
-  std::function<bool(const Case&, const Case&)> rivals;
 };
 
 class Drawer {
@@ -117,23 +115,23 @@ class Drawer {
                             kBlack, Anchor::middle, false, true});
   }
 
-  /// Stairs: what can be had for a cost is the best of what costs no more.
+  /// Stairs, those of each camera: what can be had for a cost is the best of what costs no more.
   std::vector<Stroke> fronts(const Panel& panel, const Axis& x, const Axis& y) {
     std::vector<Stroke> drawn;
     std::vector<const Case*> told;
     for (const Row& first : rows_) {
-      if (std::any_of(told.begin(), told.end(), [&](const Case* c) { return panel.rivals(*c, first.setup); })) continue;
+      if (std::any_of(told.begin(), told.end(), [&](const Case* c) { return c->rivals(first.setup); })) continue;
       told.push_back(&first.setup);
-      std::vector<At> front;
+      std::vector<At> rivals;
       for (const Row& row : rows_)
-        if (panel.rivals(row.setup, first.setup) && panel.on_front(row)) front.push_back({x.px(panel.cost(row)), y.px(100 * row.rms)});
-      std::sort(front.begin(), front.end(), [](At a, At b) { return a.x < b.x; });
+        if (row.setup.rivals(first.setup)) rivals.push_back({x.px(panel.cost(row)), y.px(100 * row.rms)});
+      std::sort(rivals.begin(), rivals.end(), [](At a, At b) { return a.x < b.x; });
       std::vector<At> stairs;
-      for (const At& p : front) {
-        // Differences within what counts as the same would make the stairs go up again.
-        const double level = stairs.empty() ? p.y : std::max(p.y, stairs.back().y);
+      for (const At& p : rivals) {
+        // Pixels are counted from the top: a larger y is a smaller error.
+        if (!stairs.empty() && p.y <= stairs.back().y) continue;
         if (!stairs.empty()) stairs.push_back({p.x, stairs.back().y});
-        stairs.push_back({p.x, level});
+        stairs.push_back(p);
       }
       const bool main = first.setup.sensor == Sensor::ideal && first.setup.width == 640;
       line(std::move(stairs), kFront, main ? 3 : 1.6);
@@ -147,8 +145,8 @@ class Drawer {
     std::vector<std::vector<const Row*>> named_by;
     for (const Row& row : rows_) {
       const At at{x.px(panel.cost(row)), y.px(100 * row.rms)};
-      const bool on_front = panel.on_front(row), named = row.setup.named;
-      chart_.marks.push_back({at, named ? 6.0 : 4.5, ink_of(row.setup.knob), on_front, row.setup.sensor == Sensor::eight_bit});
+      const bool named = row.setup.named;
+      chart_.marks.push_back({at, named ? 6.0 : 4.5, ink_of(row.setup.knob), row.on_front, row.setup.sensor == Sensor::eight_bit});
       std::size_t k = 0;
       while (k < labels.size() && std::hypot(labels[k].point.x - at.x, labels[k].point.y - at.y) > kSame) ++k;
       if (k == labels.size()) {
@@ -194,7 +192,7 @@ void legend(Chart& chart) {
     chart.words.push_back({text, {x + 16, 99}, 13.5, ink_of(knob)});
     x += width_of(text, 13.5, false) + 48;
   }
-  chart.words.push_back({"filled: on its front", {x, 99}, 13.5, kGrey});
+  chart.words.push_back({"filled: on the front", {x, 99}, 13.5, kGrey});
 }
 
 }  // namespace
@@ -205,7 +203,7 @@ Chart pareto_chart(std::span<const Row> rows, const Run& run) {
   std::array<char, 220> subtitle{};
   std::snprintf(subtitle.data(), subtitle.size(),
                 "%zu scenes through a pair of lenses, 2 x 640x480 unless said otherwise. One thread; memcpy here %.1f GB/s. "
-                "Lines: fronts, of a camera and (in time) an epsilon.",
+                "Front: time, bytes, error and bound, of one camera. Lines: the best for the cost.",
                 run.scenes.size(), run.memcpy_gb_per_s);
   chart.words.push_back({subtitle.data(), {kLeft, 70}, 14, kGrey});
   legend(chart);
@@ -213,14 +211,10 @@ Chart pareto_chart(std::span<const Row> rows, const Run& run) {
   const auto ideal = [](const Row& r) { return r.setup.sensor == Sensor::ideal; };
   const auto eight_bit = [](const Row& r) { return r.setup.sensor == Sensor::eight_bit; };
   const auto ms = [](const Row& r) { return r.ms; };
-  const auto in_time = [](const Case& a, const Case& b) { return a.rivals_in_time(b); };
-  const auto on_time = [](const Row& r) { return r.on_time_front; };
-  drawer.draw({"Error and time", "from frame to encoded descriptor, ms", 820, ideal, ms, on_time, in_time});
-  drawer.draw({"Error and size", "encoded descriptor, bytes", 820, ideal, [](const Row& r) { return r.bytes; },
-               [](const Row& r) { return r.on_bytes_front; },
-               [](const Case& a, const Case& b) { return a.rivals_in_bytes(b); }});
+  drawer.draw({"Error and time", "from frame to encoded descriptor, ms", 820, ideal, ms});
+  drawer.draw({"Error and size", "encoded descriptor, bytes", 820, ideal, [](const Row& r) { return r.bytes; }});
   drawer.draw({"Through an 8-bit sensor with noise: one exposure, three exposures", "from frames to encoded descriptor, ms", 420,
-               eight_bit, ms, on_time, in_time});
+               eight_bit, ms});
   chart.height += 10;
   return chart;
 }

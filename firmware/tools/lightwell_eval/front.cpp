@@ -1,16 +1,22 @@
 #include "tools/lightwell_eval/front.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace lightwell::eval {
 namespace {
 
-constexpr double kClearTime = 0.95, kClearError = 0.98;
+constexpr double kClearTime = 0.95, kClearBytes = 0.98, kClearError = 0.98;
 
-/// Whether `a` beats `b` where a cost counts as less below `clear` times the other.
-bool beats(double cost_a, double error_a, double cost_b, double error_b, double clear) {
-  return (kClearError * error_a <= error_b && cost_a < clear * cost_b) || (error_a < kClearError * error_b && cost_a <= cost_b);
+bool beats(const Row& a, const Row& b) {
+  const std::array<std::array<double, 3>, 4> goods = {{{a.ms, b.ms, kClearTime},
+                                                       {a.bytes, b.bytes, kClearBytes},
+                                                       {a.rms, b.rms, kClearError},
+                                                       {a.promised(), b.promised(), kClearError}}};
+  const bool worse = std::any_of(goods.begin(), goods.end(), [](const auto& g) { return g[1] < g[2] * g[0]; });
+  return !worse && std::any_of(goods.begin(), goods.end(), [](const auto& g) { return g[0] < g[2] * g[1]; });
 }
 
 }  // namespace
@@ -55,15 +61,9 @@ void summarise(Row& row, double memcpy_seconds) {
   for (std::size_t b = 0; b < kBalls; ++b) row.balls[b] = median(over([b](const Outcome& o) { return o.balls[b]; }));
 }
 
-void mark_fronts(std::span<Row> rows) {
-  for (Row& b : rows) {
-    b.on_time_front = b.on_bytes_front = true;
-    for (const Row& a : rows) {
-      if (&a == &b) continue;
-      if (a.setup.rivals_in_time(b.setup) && beats(a.ms, a.rms, b.ms, b.rms, kClearTime)) b.on_time_front = false;
-      if (a.setup.rivals_in_bytes(b.setup) && beats(a.bytes, a.rms, b.bytes, b.rms, 1)) b.on_bytes_front = false;
-    }
-  }
+void mark_front(std::span<Row> rows) {
+  for (Row& b : rows)
+    b.on_front = std::none_of(rows.begin(), rows.end(), [&](const Row& a) { return a.setup.rivals(b.setup) && beats(a, b); });
 }
 
 }  // namespace lightwell::eval

@@ -1,6 +1,7 @@
 // Rows of the table, and which of them no other beats.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,7 +24,12 @@ struct Row {
   double bound = 0;            ///< Median of the finite ones; 0 where there is none.
   double unbounded_share = 0;  ///< Scenes whose descriptor says that it cannot bound its error.
 
-  bool on_time_front = false, on_bytes_front = false;  ///< Among the case's rivals.
+  bool on_front = false;  ///< Among the case's rivals.
+
+  /// The bound; infinite where half of the scenes or more have none.
+  [[nodiscard]] double promised() const {
+    return unbounded_share < 0.5 ? bound : std::numeric_limits<double>::infinity();
+  }
 };
 
 [[nodiscard]] double median(std::vector<double> values);
@@ -31,8 +37,9 @@ struct Row {
 /// Fills what is derived from the scenes. `memcpy_seconds` is of the row's bracket.
 void summarise(Row& row, double memcpy_seconds);
 
-/// Marks the rows that none of their rivals beats: no clearly larger median error (2 %) for clearly less time (5 %, by which
-/// the same program differs from run to run) or fewer bytes, or a clearly smaller error for no more.
-void mark_fronts(std::span<Row> rows);
+/// Marks the rows that none of their rivals beats. One beats another that has no more of time, bytes, median error and
+/// median bound, and clearly less of one of them. Less or more by below 5 % of time, by which the same program differs from
+/// run to run, or 2 % of the others is neither.
+void mark_front(std::span<Row> rows);
 
 }  // namespace lightwell::eval

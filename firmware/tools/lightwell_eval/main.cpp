@@ -78,7 +78,7 @@ Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool qui
   }
   const auto bytes = static_cast<std::size_t>(rows.front().scenes.front().picture_bytes);
   run.memcpy_gb_per_s = static_cast<double>(bytes) / bench.memcpy_seconds().at(bytes) * 1e-9;
-  mark_fronts(rows);
+  mark_front(rows);
   return rows;
 }
 

@@ -47,6 +47,10 @@ struct EstimatorConfig {
   [[nodiscard]] Status validate() const;
 };
 
+/// `config` with the limits of error that its setting makes of them: twice as wide at fast, none left at exact, so that all
+/// that was found is sent.
+[[nodiscard]] EstimatorConfig at_setting(EstimatorConfig config);
+
 /// A matte grey surface in view. It must lie in the light that the probe measures.
 struct GreyPatch {
   int lens = 0;

@@ -62,7 +62,7 @@ inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned
   return "unknown";
 }
 
-/// How much care the estimator took: points of the measured trade between time and accuracy, cheapest first.
+/// Points of the measured trade between time, bytes and accuracy, cheapest first: config.proto.
 enum class Setting : std::uint8_t { fast = 1, balanced = 2, exact = 3 };
 inline constexpr std::array kSettings = {Setting::fast, Setting::balanced, Setting::exact};
 

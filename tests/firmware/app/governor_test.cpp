@@ -63,10 +63,10 @@ TEST(Governor, WithRoomStaysAsConfigured) {
 }
 
 TEST(Governor, FallsAtOnceWhereTheBudgetIsExceededByFar) {
-  Life life({.cost_ms = {2, 5, 20}});
+  Life life({.cost_ms = {7, 9, 16}});
   life.run(2);
   EXPECT_EQ(life.governor.setting(), Setting::balanced);
-  Life farther({.cost_ms = {8, 20, 60}});
+  Life farther({.cost_ms = {8, 12, 30}});
   farther.run(2);
   EXPECT_EQ(farther.governor.setting(), Setting::fast) << "over the setting between, which would not have fitted either";
 }
@@ -78,8 +78,10 @@ TEST(Governor, FallsWithinAFewFramesWhereItIsExceededByLittle) {
 }
 
 TEST(Governor, ALoadThatRisesAndFallsIsFollowed) {
-  // Three times the load from second 20 to second 80.
-  Life life({.noise = 0.05, .load = [](std::uint64_t i) { return i >= 20 * kSecond && i < 80 * kSecond ? 3.0 : 1.0; }},
+  // Twice the load from second 20 to second 80.
+  Life life({.cost_ms = {4, 6, 9},
+             .noise = 0.02,
+             .load = [](std::uint64_t i) { return i >= 20 * kSecond && i < 80 * kSecond ? 2.0 : 1.0; }},
             Setting::balanced);
   life.run(20 * kSecond);
   EXPECT_EQ(life.governor.setting(), Setting::balanced);

@@ -27,34 +27,50 @@ Row row(const std::string& label, double ms, double bytes, double rms, bool name
 
 TEST(Front, IsWhatNoRivalBeats) {
   std::vector<Row> rows = {row("quick", 1, 200, 0.02), row("fine", 4, 300, 0.005), row("beaten", 5, 400, 0.02)};
-  mark_fronts(rows);
-  EXPECT_TRUE(rows[0].on_time_front && rows[0].on_bytes_front);
-  EXPECT_TRUE(rows[1].on_time_front && rows[1].on_bytes_front);
-  EXPECT_FALSE(rows[2].on_time_front || rows[2].on_bytes_front);
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front);
+  EXPECT_TRUE(rows[1].on_front);
+  EXPECT_FALSE(rows[2].on_front);
 }
 
 TEST(Front, AHairOfTimeIsNoDifference) {
   std::vector<Row> rows = {row("a", 1.00, 200, 0.01), row("b", 1.02, 200, 0.01)};
-  mark_fronts(rows);
-  EXPECT_TRUE(rows[0].on_time_front && rows[1].on_time_front);
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
 }
 
 TEST(Front, CamerasDoNotCompete) {
   std::vector<Row> rows = {row("a", 1, 200, 0.01), row("b", 5, 300, 0.02)};
   rows[1].setup.width = 1280;
-  mark_fronts(rows);
-  EXPECT_TRUE(rows[1].on_time_front);
+  mark_front(rows);
+  EXPECT_TRUE(rows[1].on_front);
 }
 
-TEST(Front, InTimeOnlyEqualPromisesCompete) {
+TEST(Front, FewerBytesAreAGoodOfTheirOwn) {
   std::vector<Row> rows = {row("all of it", 1, 700, 0.001), row("one percent", 1.1, 180, 0.008)};
-  rows[0].setup.config.epsilon = 0;
-  mark_fronts(rows);
-  EXPECT_TRUE(rows[1].on_time_front) << "fewer bytes were asked for";
-  EXPECT_TRUE(rows[1].on_bytes_front);
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
   rows[0].bytes = 100;
-  mark_fronts(rows);
-  EXPECT_FALSE(rows[1].on_bytes_front);
+  mark_front(rows);
+  EXPECT_FALSE(rows[1].on_front);
+}
+
+TEST(Front, AnErrorThatIsBoundedMoreTightlyIsWorthTime) {
+  std::vector<Row> rows = {row("vague", 1, 200, 0.01), row("sure", 2, 200, 0.01)};
+  rows[0].bound = 0.05;
+  rows[1].bound = 0.02;
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
+  rows[1].unbounded_share = 1;
+  mark_front(rows);
+  EXPECT_FALSE(rows[1].on_front) << "a descriptor without a bound promises nothing";
+}
+
+TEST(Front, EqualErrorForMoreTimeIsBeaten) {
+  std::vector<Row> rows = {row("coarse", 1, 200, 0.01), row("fine", 4, 200, 0.00995)};
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front);
+  EXPECT_FALSE(rows[1].on_front);
 }
 
 TEST(Summary, IsTheMedianAndTheWorst) {
@@ -74,9 +90,9 @@ TEST(Summary, IsTheMedianAndTheWorst) {
 
 TEST(Table, NamesTheSettingsThatAreOffTheFront) {
   std::vector<Row> rows = {row("fast", 1, 200, 0.01, true), row("exact", 9, 200, 0.01, true)};
-  mark_fronts(rows);
+  mark_front(rows);
   const std::string text = table_of(rows, {{"city"}, 5, false});
-  EXPECT_THAT(text, HasSubstr("NOT on the measured time front: exact."));
+  EXPECT_THAT(text, HasSubstr("NOT on the measured front: exact."));
   rows.pop_back();
   EXPECT_THAT(table_of(rows, {{"city"}, 5, false}), Not(HasSubstr("NOT")));
 }

@@ -18,8 +18,8 @@ TEST(ExtremeRooms, RadianceTimesSixteenDecadesIsTheAnswerTimesAsMuch) {
 TEST(ExtremeRooms, WhereDecadesRoundPixelsTheIrradianceScalesStill) {
   const ScaleRow row = radiance_scaled(2, Steps::decades);
   // A pixel that rounding puts on the other side of a threshold moves light between a cap and the bands; what is lit by
-  // both together feels a tenth of the limit of 1 % at most.
-  EXPECT_LE(row.worst_irradiance, 1e-3) << row.worst_case;
+  // both together feels an eighth of the limit at most, which is 2 % at fast.
+  EXPECT_LE(row.worst_irradiance, 2.5e-3) << row.worst_irradiance_case;
   EXPECT_EQ(row.tally.lies(), 0) << row.tally.worst_case << row.tally.unsound_case << row.tally.silent_case;
 }
 

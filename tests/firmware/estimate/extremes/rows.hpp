@@ -14,7 +14,7 @@ struct ScaleRow {
   Tally tally;
   double worst = 0;  ///< Deviation from scaling, of the largest coefficient or the strongest light; before the wire.
   double worst_irradiance = 0;  ///< The same of irradiance at any normal, of its RMS.
-  std::string worst_case;
+  std::string worst_case, worst_irradiance_case;
 };
 /// Factors of two near each decade scale floats to the bit; decades round each pixel, which may then be on the other side
 /// of a threshold.

@@ -71,7 +71,8 @@ ScaleRow radiance_scaled(int rooms, Steps steps) {
         note(deviation(one, d, factor), where, row);
         for (Rgb<RadianceTag>& c : d.radiance.c) c = c * (1 / factor);
         for (Light& l : d.lights) l.irradiance = l.irradiance * (1 / factor);
-        row.worst_irradiance = std::max(row.worst_irradiance, largest_difference(one, d, normals));
+        if (const double apart = largest_difference(one, d, normals); apart > row.worst_irradiance)
+          row.worst_irradiance = apart, row.worst_irradiance_case = where;
       }
     }
   }

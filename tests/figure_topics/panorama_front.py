@@ -1,0 +1,33 @@
+"""Topic panorama, the trade: whether the named settings are points of the front that lightwell-eval measures."""
+import json
+import subprocess
+import tempfile
+import time
+
+from figure_topics.rows import equals, reported
+
+REAL = "8 real panoramas, simulated pair; front of time, bytes, error and bound among 40 configurations"
+
+
+def sweep(folder, say):
+    """The rows of `lightwell-eval --pareto`, or nothing where it fails."""
+    with tempfile.TemporaryDirectory() as out:
+        say("lightwell-eval --pareto")
+        start = time.monotonic()
+        command = [folder / "lightwell-eval", "--pareto", "--json", "--out", out]
+        done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+        say(f"lightwell-eval --pareto: {time.monotonic() - start:.0f} s, status {done.returncode}")
+    return [] if done.returncode else json.loads(done.stdout)["rows"]
+
+
+def front(folder, say):
+    named = [item for item in sweep(folder, say) if item["named"]]
+    # Every setting at three sizes through the ideal sensor, and with three exposures of an 8-bit one.
+    rows = [equals("named settings that were measured", 12, len(named), "rows", REAL)]
+    for item in named:
+        name = f"{item['what']}, pair of {item['width']} pixels wide"
+        rows.append(equals(f"on the measured front: {name}", 1, int(item["on_front"]), "", REAL))
+        rows.append(reported(f"time by memcpy's: {name}", item["memcpy_ratio"], "x", REAL))
+        rows.append(reported(f"median error: {name}", 100 * item["rms"], "%", REAL))
+        rows.append(reported(f"median bytes: {name}", item["bytes"], "B", REAL))
+    return rows
