@@ -1,6 +1,7 @@
 // The pixels of the few blocks that are bright: read once a frame, each with its place among the others on the sphere.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <lightwell/geometry.hpp>
@@ -63,8 +64,8 @@ class BrightPixels {
   /// counts, but does not tell where the light is.
   [[nodiscard]] bool at_edge(Place place) const;
 
-  /// Calls `visit(place, id)` for the eight pixels around, across seam and poles, and for the one in the other lens that
-  /// sees the same direction.
+  /// Calls `visit(place, id)` for the eight pixels around, across seam and poles, and for the nine of the other lens about
+  /// the one that sees the same direction: what is bright in both need not be brightest in pixels of one direction.
   template <class Visit>
   void for_neighbours(Place p, Visit&& visit) const;
 
@@ -119,9 +120,12 @@ void BrightPixels::for_neighbours(Place p, Visit&& visit) const {
   if (own.twin.empty()) return;
   const std::int32_t twin = own.twin[index(p)];
   if (twin < 0) return;
-  const int other = 1 - p.lens, other_width = table_.lenses[static_cast<std::size_t>(other)].width;
-  visit(Place{other, twin % other_width, twin / other_width},
-        lens_first_[static_cast<std::size_t>(other)] + static_cast<Id>(twin));
+  const int other = 1 - p.lens;
+  const LensTable& there = table_.lenses[static_cast<std::size_t>(other)];
+  const int x = twin % there.width, y = twin / there.width;
+  for (int j = std::max(y - 1, 0); j <= std::min(y + 1, there.height - 1); ++j)
+    for (int i = std::max(x - 1, 0); i <= std::min(x + 1, there.width - 1); ++i)
+      visit(Place{other, i, j}, id({other, i, j}));
 }
 
 }  // namespace lightwell::estimate

@@ -32,7 +32,8 @@ constexpr double kDisplaces = 1.1;
 constexpr int kMostRegions = 96;
 /// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
 constexpr float kGlow = 0.1F;
-/// A region whose blocks have more pixels than these is wide: its blocks tell it.
+/// A region of more blocks than these, and of more pixels, is wide: its blocks tell it.
+constexpr std::size_t kCompactBlocks = 32;
 constexpr std::size_t kCompactPixels = 2048;
 /// About the pole of a stitched picture many pixels are a small piece of the sphere: a region is compact too where it is
 /// no larger than these at the equator.
@@ -75,7 +76,7 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
   region_of_light_.reserve(kMaxLights + 1);
   // Every pixel of a core has eight neighbours, which are others' too.
   rim_.reserve(4 * kRimmedCore);
-  compact_blocks_ = std::max<std::size_t>(9, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
+  compact_blocks_ = std::max(kCompactBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
   plan_neighbours(table);
 }
 
