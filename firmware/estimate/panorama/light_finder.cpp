@@ -32,12 +32,12 @@ constexpr double kDisplaces = 1.1;
 constexpr int kMostRegions = 96;
 /// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
 constexpr float kGlow = 0.1F;
-/// A region of more blocks than these, and of more pixels, is wide: its blocks tell it.
-constexpr std::size_t kCompactBlocks = 32;
-constexpr std::size_t kCompactPixels = 2048;
-/// About the pole of a stitched picture many pixels are a small piece of the sphere: a region is compact too where it is
-/// no larger than these at the equator.
-constexpr double kCompactAtPole = 2048;
+/// A region is compact, and read pixel by pixel, where its blocks have no more pixels than these or are no more than nine.
+constexpr std::size_t kCompactPixels = 2048, kFewBlocks = 9;
+/// And where it covers no more of the sphere: about the pole of a stitched picture many pixels are a small piece of it. So
+/// it is where its light, all as bright as its peak, would be no more, as long as few blocks hold it: large blocks are dark
+/// in part.
+constexpr std::size_t kMostHalfLitBlocks = 32;
 /// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side moves
 /// a centroid of n pixels by less than a pixel over sqrt(n).
 constexpr std::size_t kRimmedCore = 256;
@@ -76,7 +76,7 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
   region_of_light_.reserve(kMaxLights + 1);
   // Every pixel of a core has eight neighbours, which are others' too.
   rim_.reserve(4 * kRimmedCore);
-  compact_blocks_ = std::max(kCompactBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
+  compact_blocks_ = std::max(kFewBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
   plan_neighbours(table);
 }
 
@@ -213,12 +213,16 @@ Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, floa
   return normalized(toward);
 }
 
-bool LightFinder::is_compact(const CellGrid& grid) const {
+bool LightFinder::is_compact(const BlockSums& sums, const CellGrid& grid, float peak) const {
   if (flood_.size() <= compact_blocks_) return true;
   if (flood_.size() > pixels_.most_blocks()) return false;
-  double sr = 0;
-  for (const std::uint32_t block : flood_) sr += grid.solid_angle(block);
-  return sr <= kCompactAtPole * pixels_.mean_solid_angle();
+  double sr = 0, luminance = 0;
+  for (const std::uint32_t block : flood_) {
+    sr += grid.solid_angle(block);
+    luminance += std::max(0.0F, sums.sum[block].luminance());
+  }
+  const double most_sr = static_cast<double>(kCompactPixels) * pixels_.mean_solid_angle();
+  return sr <= most_sr || (flood_.size() <= kMostHalfLitBlocks && luminance <= most_sr * peak);
 }
 
 double LightFinder::wrong_at_edge(const RowReader& reader, const BlockSums& sums, const Gathered& light) const {
@@ -314,7 +318,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
     const Vec3f middle = vec_cast<float>(axis);
     (void)flood(sums, grid, block, skirt, middle, kCosReachOfBlocks);
-    if (is_compact(grid)) {
+    if (is_compact(sums, grid, peak)) {
       grow(reader, RegionPart::skirt, skirt, middle, kCosReach);
     } else {
       // Pixel by pixel where the core's blocks are, by whole blocks beyond.
@@ -394,7 +398,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
     }
 
     (void)flood(sums, grid, c.block, 0.5F * c.peak, {}, -2);
-    bool compact = is_compact(grid);
+    bool compact = is_compact(sums, grid, c.peak);
     Place peak_at{};
     float peak = c.peak;
     if (compact) {
@@ -413,7 +417,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
       }
       if (peak < c.peak) {
         (void)flood(sums, grid, c.block, 0.5F * peak, {}, -2);
-        compact = is_compact(grid);
+        compact = is_compact(sums, grid, peak);
       }
     }
     number_ = static_cast<std::uint8_t>(++regions);

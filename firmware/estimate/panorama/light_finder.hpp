@@ -77,7 +77,7 @@ class LightFinder {
   /// Centroid of the region as it is a core alone; zero where it is dark. Blocks without a pixel of `dark` are not read.
   [[nodiscard]] Vec3d core_direction(RowReader& reader, const BlockSums& sums, float peak, float dark);
   /// Whether flood_ is few enough pixels, or small enough, to be walked pixel by pixel.
-  [[nodiscard]] bool is_compact(const CellGrid& grid) const;
+  [[nodiscard]] bool is_compact(const BlockSums& sums, const CellGrid& grid, float peak) const;
   /// Whole blocks of flood_ that are bright all over, about `axis`.
   void gather_blocks(const BlockSums& sums, const CellGrid& grid, float floor, Vec3d axis, Gathered& out);
   void gather_pixels(Vec3d axis, Gathered& out);
