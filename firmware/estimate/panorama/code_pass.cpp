@@ -222,7 +222,13 @@ void CodePass::run(const Frame& frame, BlockSums& out) {
       const int top = static_cast<int>(row) * layout_.edge(), rows = std::min(layout_.edge(), view.height - top);
       for (const Run& run : plan.rows[row].runs) {
         sum_run(view, plan, top, rows, run);
-        finish_run(view, plan, top, rows, run, radiance_per_linear, out);
+        switch (lanes_of(view.format)) {
+          case Lanes::interleaved:
+            finish_run<Lanes::interleaved>(view, plan, top, rows, run, radiance_per_linear, out);
+            break;
+          case Lanes::planar: finish_run<Lanes::planar>(view, plan, top, rows, run, radiance_per_linear, out); break;
+          case Lanes::mosaic: finish_run<Lanes::mosaic>(view, plan, top, rows, run, radiance_per_linear, out); break;
+        }
       }
     }
   }
@@ -290,9 +296,9 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
   }
 }
 
+template <CodePass::Lanes lanes>
 void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run,
                           float radiance_per_linear, BlockSums& out) {
-  const Lanes lanes = lanes_of(view.format);
   const auto kind = static_cast<std::size_t>(lanes);
   const auto edge = static_cast<std::size_t>(layout_.edge()), first = static_cast<std::size_t>(run.first);
   const std::size_t blocks = static_cast<std::size_t>(run.end) - first;

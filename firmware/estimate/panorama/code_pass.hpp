@@ -80,6 +80,7 @@ class CodePass {
   void plan_weights(int lens, int block_row, Run& run);
   void round_weights(int lens, std::size_t block, Lanes lanes, const Stretch& s, std::uint8_t* weights);
   void sum_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run);
+  template <Lanes lanes>
   void finish_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run, float radiance_per_linear,
                   BlockSums& out);
 
