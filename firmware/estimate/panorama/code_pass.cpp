@@ -35,13 +35,59 @@ CodePass::Lanes CodePass::lanes_of(PixelFormat format) {
 }
 
 CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout)
-    : table_(table), layout_(layout), blocks_(layout.size()), planes_(3 * kMostRows * kChunk) {
+    : table_(table), layout_(layout), planned_(layout.size()), planes_(3 * kMostRows * kChunk) {
   const auto edge = static_cast<std::size_t>(layout.edge());
   const std::size_t columns = (static_cast<std::size_t>(widest(table)) + edge - 1) / edge;
   groups_.assign(3, Scratch(3 * columns * edge + kFewestLanes + kBlockRoom));
   if (layout.edge() < 2 || layout.edge() > kMostRows) return;
   for (int lens = 0; lens < layout.lens_count(); ++lens)
     plan_lens(lens, rig.lenses[static_cast<std::size_t>(lens)].photometry);
+  keep_worths();
+  codes_.resize(columns);
+}
+
+BlockWorth CodePass::Worths::at(std::size_t block, Lanes lanes) const {
+  const auto kind = static_cast<std::size_t>(lanes);
+  const auto from = [block](const std::vector<float>& all) { return all.data() + block; };
+  return {from(mean),       from(along_x),        from(along_y),        from(half_x),
+          from(unit[kind]), from(middle_x[kind]), from(middle_y[kind]), from(total),
+          from(pixels),     from(per_total),      from(per_pixel),      from(brighten),
+          from(spread),     from(solid_angle)};
+}
+
+void CodePass::Codes::resize(std::size_t blocks) {
+  for (auto* of_colors : {&sum, &across, &down, &top})
+    for (std::vector<float>& values : *of_colors) values.resize(blocks + kBlockLightRoom);
+  clipped.resize(blocks + kBlockLightRoom);
+}
+
+BlockCodes CodePass::Codes::at_first() {
+  const auto of = [](std::array<std::vector<float>, 3>& c) { return std::array{c[0].data(), c[1].data(), c[2].data()}; };
+  return {of(sum), of(across), of(down), of(top), clipped.data()};
+}
+
+void CodePass::keep_worths() {
+  const auto keep = [&](std::vector<float>& out, auto&& value) {
+    out.resize(planned_.size() + kBlockLightRoom);
+    for (std::size_t block = 0; block < planned_.size(); ++block) out[block] = value(planned_[block]);
+  };
+  keep(worths_.mean, [](const BlockWeight& b) { return b.mean; });
+  keep(worths_.along_x, [](const BlockWeight& b) { return b.along_x; });
+  keep(worths_.along_y, [](const BlockWeight& b) { return b.along_y; });
+  keep(worths_.half_x, [](const BlockWeight& b) { return b.half_x; });
+  keep(worths_.total, [](const BlockWeight& b) { return b.total; });
+  keep(worths_.pixels, [](const BlockWeight& b) { return b.pixels; });
+  keep(worths_.per_total, [](const BlockWeight& b) { return b.per_total; });
+  keep(worths_.per_pixel, [](const BlockWeight& b) { return b.per_pixel; });
+  keep(worths_.brighten, [](const BlockWeight& b) { return b.brighten; });
+  keep(worths_.spread, [](const BlockWeight& b) { return b.spread; });
+  keep(worths_.solid_angle, [](const BlockWeight& b) { return b.solid_angle; });
+  for (std::size_t kind = 0; kind < kLaneKinds; ++kind) {
+    keep(worths_.unit[kind], [kind](const BlockWeight& b) { return b.unit[kind]; });
+    keep(worths_.middle_x[kind], [kind](const BlockWeight& b) { return b.middle_x[kind]; });
+    keep(worths_.middle_y[kind], [kind](const BlockWeight& b) { return b.middle_y[kind]; });
+  }
+  planned_ = {};
 }
 
 bool CodePass::takes(std::span<const Frame> bracket) const {
@@ -86,7 +132,7 @@ void CodePass::plan_lens(int lens, const PhotometricCalibration& photometry) {
     BlockRow row;
     const std::size_t first_block = layout_.block_of(lens, 0, top);
     for (int column = 0; column < columns; ++column) {
-      BlockWeight& block = blocks_[first_block + static_cast<std::size_t>(column)];
+      BlockWeight& block = planned_[first_block + static_cast<std::size_t>(column)];
       plan_block(lens, first_block + static_cast<std::size_t>(column), block);
       if (!(block.pixels > 0)) continue;
       const bool weighted = block.unit[0] > 0;
@@ -121,6 +167,7 @@ void CodePass::plan_block(int lens_number, std::size_t block, BlockWeight& out) 
   out = {};
   if (!(sum > 0)) return;
   const double pixels = static_cast<double>(p.width) * p.height;
+  out.half_x = static_cast<float>(middle_x);
   out.pixels = static_cast<float>(seen);
   out.total = static_cast<float>(sum);
   out.solid_angle = static_cast<float>(sr);
@@ -206,7 +253,7 @@ void CodePass::round_weights(int lens_number, std::size_t block, Lanes lanes, co
       }
     }
   }
-  BlockWeight& out = blocks_[block];
+  BlockWeight& out = planned_[block];
   const auto kind = static_cast<std::size_t>(lanes);
   out.unit[kind] = static_cast<float>(256 * out.total / sum);
   out.middle_x[kind] = static_cast<float>(x_sum / sum);
@@ -222,13 +269,7 @@ void CodePass::run(const Frame& frame, BlockSums& out) {
       const int top = static_cast<int>(row) * layout_.edge(), rows = std::min(layout_.edge(), view.height - top);
       for (const Run& run : plan.rows[row].runs) {
         sum_run(view, plan, top, rows, run);
-        switch (lanes_of(view.format)) {
-          case Lanes::interleaved:
-            finish_run<Lanes::interleaved>(view, plan, top, rows, run, radiance_per_linear, out);
-            break;
-          case Lanes::planar: finish_run<Lanes::planar>(view, plan, top, rows, run, radiance_per_linear, out); break;
-          case Lanes::mosaic: finish_run<Lanes::mosaic>(view, plan, top, rows, run, radiance_per_linear, out); break;
-        }
+        finish_run(view, plan, top, rows, run, radiance_per_linear, out);
       }
     }
   }
@@ -297,117 +338,116 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
 }
 
 template <CodePass::Lanes lanes>
+void CodePass::take_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
+                          unsigned clipped_from) {
+  constexpr std::size_t channels = lanes == Lanes::interleaved ? 3 : lanes == Lanes::mosaic ? 2 : 1;
+  const auto sum_rows = static_cast<float>(lanes == Lanes::mosaic ? rows / 2 : rows);
+  // Sums stay below 2^31, and signed numbers become floats in vectors.
+  const auto number = [](std::uint32_t v) { return static_cast<float>(static_cast<std::int32_t>(v)); };
+  struct Sums {
+    float sum, across, down;
+  };
+  const auto take = [&](std::size_t g, std::size_t at) {
+    const Scratch& group = groups_[g];
+    const float sum = number(group.sum[at]);
+    return Sums{sum, number(group.across[at]), sum_rows * sum - number(group.early[at])};
+  };
+  const auto linear = [&](std::uint16_t code) {
+    return static_cast<float>(plan.identity ? code : plan.linear16[code]);
+  };
+  const auto clipped = [&](std::size_t g, std::size_t block, std::size_t c) {
+    unsigned count = 0;
+    for (std::size_t i = 0; i < columns; ++i) count += groups_[g].clipped[begin + (block * columns + i) * channels + c];
+    return static_cast<float>(count * (lanes == Lanes::mosaic ? 4 : 1));
+  };
+  const auto put = [&](std::size_t c, std::size_t b, const Sums& s, float scale) {
+    codes_.sum[c][b] = scale * s.sum;
+    codes_.across[c][b] = scale * s.across;
+    codes_.down[c][b] = scale * s.down;
+  };
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const std::size_t at = begin + b * channels;
+    codes_.clipped[b] = 0;
+    if constexpr (lanes == Lanes::mosaic) {
+      // Places of quads to places of pixels. Each sample stands for its quad; of green there are two.
+      const auto of_pixels = [&](std::size_t q) {
+        const Sums s = take(q / 2, at + q % 2);
+        return Sums{s.sum, 2 * s.across + 0.5F * s.sum, 2 * s.down + 0.5F * s.sum};
+      };
+      const Sums g0 = of_pixels(1), g1 = of_pixels(2);
+      put(0, b, of_pixels(0), 4);
+      put(1, b, {g0.sum + g1.sum, g0.across + g1.across, g0.down + g1.down}, 2);
+      put(2, b, of_pixels(3), 4);
+      const std::array<std::uint16_t, 4> top = {groups_[0].peak[at], groups_[0].peak[at + 1], groups_[1].peak[at],
+                                                groups_[1].peak[at + 1]};
+      codes_.top[0][b] = linear(top[0]);
+      codes_.top[1][b] = linear(std::max(top[1], top[2]));
+      codes_.top[2][b] = linear(top[3]);
+      for (std::size_t q = 0; q < 4; ++q)
+        if (top[q] >= clipped_from) codes_.clipped[b] = std::max(codes_.clipped[b], clipped(q / 2, b, q % 2));
+    } else {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t g = lanes == Lanes::planar ? c : 0, own = lanes == Lanes::planar ? 0 : c;
+        put(c, b, take(g, at + own), 1);
+        const std::uint16_t top = groups_[g].peak[at + own];
+        codes_.top[c][b] = linear(top);
+        if (top >= clipped_from) codes_.clipped[b] = std::max(codes_.clipped[b], clipped(g, b, own));
+      }
+    }
+  }
+}
+
 void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run,
                           float radiance_per_linear, BlockSums& out) {
-  const auto kind = static_cast<std::size_t>(lanes);
+  const Lanes lanes = lanes_of(view.format);
   const auto edge = static_cast<std::size_t>(layout_.edge()), first = static_cast<std::size_t>(run.first);
   const std::size_t blocks = static_cast<std::size_t>(run.end) - first;
   const std::size_t row_lanes = static_cast<std::size_t>(view.width) * (lanes == Lanes::interleaved ? 3 : 1);
   const std::size_t per_block = edge * (lanes == Lanes::interleaved ? 3 : 1);
   const std::size_t group_count = lanes == Lanes::interleaved ? 1 : lanes == Lanes::mosaic ? 2 : 3;
   const std::size_t channels = lanes == Lanes::interleaved ? 3 : lanes == Lanes::mosaic ? 2 : 1;
-  const std::size_t begin = first * per_block, end = begin + blocks * per_block;
+  const std::size_t begin = first * per_block, end = begin + blocks * per_block, columns = per_block / channels;
   for (std::size_t g = 0; g < group_count; ++g) {
     Scratch& group = groups_[g];
     // The last block of a row may be narrower.
     for (std::size_t lane = row_lanes; lane < end; ++lane)
       group.sum[lane] = group.early[lane] = group.peak[lane] = group.clipped[lane] = 0;
-    sum_blocks(group.at(begin), static_cast<int>(channels), layout_.edge() / (lanes == Lanes::mosaic ? 2 : 1), blocks,
-               group.across.data() + begin);
+    sum_blocks(group.at(begin), static_cast<int>(channels), static_cast<int>(columns), blocks, group.across.data() + begin);
   }
 
   const bool words = view.format == PixelFormat::bayer_rggb10 || view.format == PixelFormat::bayer_rggb12;
   const float top_code = view.format == PixelFormat::bayer_rggb10 ? 1023 : words ? 4095 : 255;
   const unsigned clipped_from = !words ? plan.clipped8 : top_code == 1023 ? plan.clipped10 : plan.clipped12;
-  // Linear value per unit of the kernels' sums.
-  const float plain_unit = plan.linear_unit / (plan.identity ? top_code : 65535);
-  const float unit = !run.weighted ? plain_unit : plan.identity ? plain_unit / (words ? 16 : 257) : plain_unit;
-  // What products lose by being cut off, on average: of four or eight bits behind the point.
-  const float cut_off = words ? 0.469F : 0.498F;
-  const auto sum_rows = static_cast<float>(lanes == Lanes::mosaic ? rows / 2 : rows);
-  const std::size_t block0 = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
-  const float k = radiance_per_linear;
-
-  double noise = 0, bias = 0, clipped_sr = 0;
-  for (std::size_t b = 0; b < blocks; ++b) {
-    const BlockWeight& w = blocks_[block0 + b];
-    const auto width = static_cast<float>(std::min<std::size_t>(edge, static_cast<std::size_t>(view.width) - (first + b) * edge));
-    const float half_x = 0.5F * (width - 1), half_y = 0.5F * static_cast<float>(rows - 1);
-    float s[3], x[3], y[3];
-    unsigned peak[3], most_clipped = 0;
-    const auto take = [&](std::size_t g, std::size_t c, float& sum, float& across, float& low, unsigned& code) {
-      const Scratch& group = groups_[g];
-      const std::size_t at = begin + b * channels + c;
-      sum = static_cast<float>(group.sum[at]);
-      across = static_cast<float>(group.across[at]);
-      low = sum_rows * sum - static_cast<float>(group.early[at]);
-      code = group.peak[at];
-      if (code < clipped_from) return;
-      unsigned clipped = 0;
-      for (std::size_t i = 0; i < edge / (lanes == Lanes::mosaic ? 2 : 1); ++i)
-        clipped += group.clipped[begin + b * per_block + i * channels + c];
-      most_clipped = std::max(most_clipped, clipped * (lanes == Lanes::mosaic ? 4 : 1));
-    };
-    if (lanes == Lanes::mosaic) {
-      float s2[4], x2[4], y2[4];
-      unsigned p2[4];
-      for (std::size_t q = 0; q < 4; ++q) {
-        take(q / 2, q % 2, s2[q], x2[q], y2[q], p2[q]);
-        // Places of quads to places of pixels.
-        x2[q] = 2 * x2[q] + 0.5F * s2[q];
-        y2[q] = 2 * y2[q] + 0.5F * s2[q];
-      }
-      s[0] = 4 * s2[0], s[1] = 2 * (s2[1] + s2[2]), s[2] = 4 * s2[3];
-      x[0] = 4 * x2[0], x[1] = 2 * (x2[1] + x2[2]), x[2] = 4 * x2[3];
-      y[0] = 4 * y2[0], y[1] = 2 * (y2[1] + y2[2]), y[2] = 4 * y2[3];
-      peak[0] = p2[0], peak[1] = std::max(p2[1], p2[2]), peak[2] = p2[3];
-    } else {
-      for (std::size_t c = 0; c < 3; ++c)
-        take(lanes == Lanes::planar ? c : 0, lanes == Lanes::planar ? 0 : c, s[c], x[c], y[c], peak[c]);
-    }
-
-    float light[3], mean[3], sum = 0, across = 0, down = 0, brightest = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float weight = kLuminanceWeights[c] * plan.white[c];
-      if (w.unit[kind] > 0) {
-        light[c] = unit * w.unit[kind] * (s[c] + cut_off * w.pixels) + plan.linear_from * w.total;
-        mean[c] = light[c] * w.per_total;
-        const float scale = weight * unit * w.unit[kind];
-        across += scale * (x[c] - w.middle_x[kind] * s[c]);
-        down += scale * (y[c] - w.middle_y[kind] * s[c]);
-        sum += weight * light[c];
-      } else {
-        const float moved_x = unit * (x[c] - half_x * s[c]), moved_y = unit * (y[c] - half_y * s[c]);
-        const float value = unit * s[c] + plan.linear_from * w.pixels;
-        light[c] = w.mean * value + w.along_x * moved_x + w.along_y * moved_y;
-        mean[c] = value * w.per_pixel;
-        across += weight * moved_x;
-        down += weight * moved_y;
-        sum += weight * value;
-      }
-      const float code = plan.identity ? static_cast<float>(peak[c]) * plain_unit
-                                       : static_cast<float>(plan.linear16[peak[c]]) * plain_unit;
-      brightest += weight * (code + plan.linear_from) * w.brighten * k;
-      light[c] *= k * plan.white[c];
-    }
-    const std::size_t block = block0 + b;
-    out.sum[block] = {light[0], light[1], light[2]};
-    out.peak[block] = std::max(brightest, 0.0F);
-    const float per_sum = sum > 0 ? 1 / sum : 0;
-    out.offset_x[block] = across * per_sum;
-    out.offset_y[block] = down * per_sum;
-
-    const float largest = std::clamp(std::max({mean[0], mean[1], mean[2]}), 0.0F, 1.0F);
-    const float step = plan.identity ? plain_unit : plan.step8[static_cast<std::size_t>(largest * 4095)];
-    const float variance = plan.read2 + plan.shot * std::max(mean[1], 0.0F) + step * step * (1.0F / 12);
-    noise += static_cast<double>(w.spread) * variance;
-    bias += static_cast<double>(w.total) * hidden_light(mean[1], step, plan.cut_noise);
-    out.clipped[block] = w.solid_angle * std::min(1.0F, static_cast<float>(most_clipped) * w.per_pixel);
-    clipped_sr += out.clipped[block];
+  switch (lanes) {
+    case Lanes::interleaved: take_codes<Lanes::interleaved>(plan, rows, begin, columns, blocks, clipped_from); break;
+    case Lanes::planar: take_codes<Lanes::planar>(plan, rows, begin, columns, blocks, clipped_from); break;
+    case Lanes::mosaic: take_codes<Lanes::mosaic>(plan, rows, begin, columns, blocks, clipped_from); break;
   }
-  out.noise += noise * k * k;
-  out.bias += bias * k;
-  out.clipped_sr += clipped_sr;
+
+  BlockRun in;
+  in.weighted = run.weighted;
+  in.plain_unit = plan.linear_unit / (plan.identity ? top_code : 65535);
+  in.unit = !run.weighted ? in.plain_unit : plan.identity ? in.plain_unit / (words ? 16 : 257) : in.plain_unit;
+  // Products of weights lose what is behind the point, on average: of four or eight bits of it.
+  in.cut_off = words ? 0.469F : 0.498F;
+  in.linear_from = plan.linear_from;
+  in.half_y = 0.5F * static_cast<float>(rows - 1);
+  in.radiance = radiance_per_linear;
+  for (std::size_t c = 0; c < 3; ++c) {
+    in.white[c] = plan.white[c];
+    in.luminance[c] = kLuminanceWeights[c] * plan.white[c];
+  }
+  in.read2 = plan.read2;
+  in.shot = plan.shot;
+  in.cut_noise = plan.cut_noise;
+  if (!plan.identity) in.step = plan.step8.data();
+  const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
+  const BlockDoubt doubt = light_of_blocks(in, worths_.at(block, lanes), codes_.at_first(), blocks,
+                                           {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block],
+                                            &out.clipped[block]});
+  out.noise += doubt.noise * radiance_per_linear * radiance_per_linear;
+  out.bias += doubt.bias * radiance_per_linear;
+  out.clipped_sr += doubt.clipped_sr;
 }
 
 }  // namespace lightwell::estimate

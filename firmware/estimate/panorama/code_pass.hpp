@@ -2,12 +2,14 @@
 // what a pixel weighs (solid angle, vignetting) is put on the sums.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "calibration/lens_table.hpp"
 #include "camera/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
+#include "estimate/panorama/kernels/block_light.hpp"
 #include "estimate/panorama/kernels/lane_sums.hpp"
 
 namespace lightwell::estimate {
@@ -31,9 +33,10 @@ class CodePass {
   enum class Lanes : std::uint8_t { interleaved, planar, mosaic };
   static constexpr std::size_t kLaneKinds = 3;
 
-  /// What a block's sums are worth.
+  /// What a block's sums are worth, while it is planned.
   struct BlockWeight {
     float mean = 0, along_x = 0, along_y = 0;  ///< Plain: the fitted plane about the middle of the block.
+    float half_x = 0;                          ///< That middle, pixels from the block's corner.
     float total = 0;                           ///< Sum of weights.
     float pixels = 0;                          ///< That see something.
     float solid_angle = 0;
@@ -42,6 +45,19 @@ class CodePass {
     /// Weighted: weight of the 8-bit number 256, so that the block's numbers add up to its total; 0 marks a plain block.
     float unit[kLaneKinds] = {};
     float middle_x[kLaneKinds] = {}, middle_y[kLaneKinds] = {};  ///< Of these numbers, pixels from the block's corner.
+  };
+  /// The same of all blocks, by what the kernel reads.
+  struct Worths {
+    std::vector<float> mean, along_x, along_y, half_x, total, pixels, per_total, per_pixel, brighten, spread, solid_angle;
+    std::array<std::vector<float>, kLaneKinds> unit, middle_x, middle_y;
+    [[nodiscard]] BlockWorth at(std::size_t block, Lanes lanes) const;
+  };
+  /// A run's sums, taken apart by colour.
+  struct Codes {
+    std::array<std::vector<float>, 3> sum, across, down, top;
+    std::vector<float> clipped;
+    void resize(std::size_t blocks);
+    [[nodiscard]] BlockCodes at_first();
   };
   /// Neighbouring blocks of one kind within a row of blocks.
   struct Run {
@@ -80,14 +96,20 @@ class CodePass {
   void plan_weights(int lens, int block_row, Run& run);
   void round_weights(int lens, std::size_t block, Lanes lanes, const Stretch& s, std::uint8_t* weights);
   void sum_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run);
-  template <Lanes lanes>
+  void keep_worths();
   void finish_run(const View& view, const LensPlan& plan, int top, int rows, const Run& run, float radiance_per_linear,
                   BlockSums& out);
+  /// Fills codes_ with the first `blocks` blocks from lane `begin` on. `columns`: of a block's sums of a channel.
+  template <Lanes lanes>
+  void take_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
+                  unsigned clipped_from);
 
   const RigTable& table_;
   const BlockLayout& layout_;
   std::vector<LensPlan> lenses_;
-  std::vector<BlockWeight> blocks_;
+  std::vector<BlockWeight> planned_;  ///< Empty once all is planned.
+  Worths worths_;
+  Codes codes_;
   std::vector<std::uint8_t> weights_;
   /// Sums of up to three groups of lanes: the planes of YCbCr, or the even and the odd rows of a mosaic.
   std::vector<Scratch> groups_;

@@ -1,7 +1,7 @@
 // The vector kernels under the pass over the pixels: sums down the rows of a block, for every lane of a row at once.
 //   sum_lanes           linear or looked-up 8-bit codes, with or without a weight for each
 //   sum_wide_lanes      the same of 16-bit words
-// From lanes to blocks: block_sums.hpp. Rows of YCbCr to planes of codes: ycbcr_planes.hpp.
+// From lanes to blocks: block_sums.hpp, and to their light: block_light.hpp. Rows of YCbCr to planes of codes: ycbcr_planes.hpp.
 // One source for every vector unit (Highway); which one runs is chosen once, by what the processor has. A test goes
 // through all of them with hwy::SetSupportedTargetsForTest().
 #pragma once

@@ -1,0 +1,121 @@
+#include "estimate/panorama/kernels/block_light.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "estimate/panorama/kernels/block_light.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h, says Highway.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace lightwell::estimate {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+
+/// hidden_light() of row_reader.hpp.
+HWY_INLINE V hidden(D d, V value, V step, float cut_noise) {
+  const V noise = hn::Set(d, cut_noise), zero = hn::Zero(d);
+  const auto coarse = hn::And(hn::Lt(value, hn::Mul(hn::Set(d, 4.0F), step)), hn::Lt(noise, step));
+  const V rounding = hn::IfThenElse(coarse, hn::Mul(hn::Set(d, 0.5F), step), zero);
+  const V cut = hn::IfThenElse(hn::Lt(value, hn::Set(d, 2 * cut_noise)), hn::Set(d, 0.4F * cut_noise), zero);
+  return hn::Add(rounding, cut);
+}
+
+template <bool kWeighted>
+BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCodes& codes, std::size_t blocks,
+                   const BlockLight& out) {
+  const D d;
+  const hn::Rebind<std::int32_t, D> di;
+  const std::size_t lanes = hn::Lanes(d);
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0F), unit = hn::Set(d, run.unit), plain_unit = hn::Set(d, run.plain_unit);
+  const V from = hn::Set(d, run.linear_from), radiance = hn::Set(d, run.radiance), half_y = hn::Set(d, run.half_y);
+  V noise = zero, bias = zero, clipped_sr = zero;
+  for (std::size_t b = 0; b < blocks; b += lanes) {
+    const auto load = [&](const float* p) HWY_ATTR { return hn::LoadU(d, p + b); };
+    const V pixels = load(worth.pixels), total = load(worth.total), brighten = load(worth.brighten);
+    V light[3], mean[3], sum = zero, across = zero, down = zero, brightest = zero;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const V s = load(codes.sum[c]), x = load(codes.across[c]), y = load(codes.down[c]);
+      const V weight = hn::Set(d, run.luminance[c]);
+      V own_across, own_down, own;
+      if constexpr (kWeighted) {
+        const V worth_of_one = hn::Mul(unit, load(worth.unit));
+        light[c] = hn::MulAdd(worth_of_one, hn::MulAdd(hn::Set(d, run.cut_off), pixels, s), hn::Mul(from, total));
+        mean[c] = hn::Mul(light[c], load(worth.per_total));
+        own = light[c];
+        own_across = hn::Mul(worth_of_one, hn::NegMulAdd(load(worth.middle_x), s, x));
+        own_down = hn::Mul(worth_of_one, hn::NegMulAdd(load(worth.middle_y), s, y));
+      } else {
+        own = hn::MulAdd(unit, s, hn::Mul(from, pixels));
+        own_across = hn::Mul(unit, hn::NegMulAdd(load(worth.half_x), s, x));
+        own_down = hn::Mul(unit, hn::NegMulAdd(half_y, s, y));
+        light[c] = hn::MulAdd(load(worth.mean), own,
+                              hn::MulAdd(load(worth.along_x), own_across, hn::Mul(load(worth.along_y), own_down)));
+        mean[c] = hn::Mul(own, load(worth.per_pixel));
+      }
+      sum = hn::MulAdd(weight, own, sum);
+      across = hn::MulAdd(weight, own_across, across);
+      down = hn::MulAdd(weight, own_down, down);
+      brightest = hn::MulAdd(weight, hn::MulAdd(load(codes.top[c]), plain_unit, from), brightest);
+      light[c] = hn::Mul(light[c], hn::Set(d, run.radiance * run.white[c]));
+    }
+    const V per_sum = hn::IfThenElseZero(hn::Gt(sum, zero), hn::Div(one, sum));
+    const V peak = hn::Max(hn::Mul(brightest, hn::Mul(brighten, radiance)), zero);
+    V step = plain_unit;
+    if (run.step != nullptr) {
+      const V largest = hn::Min(hn::Max(hn::Max(hn::Max(mean[0], mean[1]), mean[2]), zero), one);
+      step = hn::GatherIndex(d, run.step, hn::ConvertTo(di, hn::Mul(largest, hn::Set(d, 4095.0F))));
+    }
+    const V variance = hn::Add(hn::MulAdd(hn::Set(d, run.shot), hn::Max(mean[1], zero), hn::Set(d, run.read2)),
+                               hn::Mul(hn::Mul(step, step), hn::Set(d, 1.0F / 12)));
+    const V clipped = hn::Mul(load(worth.solid_angle), hn::Min(one, hn::Mul(load(codes.clipped), load(worth.per_pixel))));
+
+    // What lies beyond the last block is no block's.
+    const std::size_t left = blocks - b;
+    const auto there = hn::FirstN(d, left);
+    noise = hn::Add(noise, hn::IfThenElseZero(there, hn::Mul(load(worth.spread), variance)));
+    bias = hn::Add(bias, hn::IfThenElseZero(there, hn::Mul(total, hidden(d, mean[1], step, run.cut_noise))));
+    clipped_sr = hn::Add(clipped_sr, hn::IfThenElseZero(there, clipped));
+    const V offset_x = hn::Mul(across, per_sum), offset_y = hn::Mul(down, per_sum);
+    float* to[] = {out.peak + b, out.offset_x + b, out.offset_y + b, out.clipped + b};
+    const V values[] = {peak, offset_x, offset_y, clipped};
+    if (left >= lanes) {
+      hn::StoreInterleaved3(light[0], light[1], light[2], d, &out.light[b].r);
+      for (std::size_t k = 0; k < 4; ++k) hn::StoreU(values[k], d, to[k]);
+    } else {
+      alignas(64) float last[4][16];
+      for (std::size_t c = 0; c < 3; ++c) hn::Store(light[c], d, last[c]);
+      for (std::size_t i = 0; i < left; ++i) out.light[b + i] = {last[0][i], last[1][i], last[2][i]};
+      for (std::size_t k = 0; k < 4; ++k) hn::Store(values[k], d, last[k]);
+      for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t i = 0; i < left; ++i) to[k][i] = last[k][i];
+    }
+  }
+  const auto total_of = [&](V v) HWY_ATTR { return static_cast<double>(hn::GetLane(hn::SumOfLanes(d, v))); };
+  return {total_of(noise), total_of(bias), total_of(clipped_sr)};
+}
+
+BlockDoubt LightOfBlocks(const BlockRun& run, const BlockWorth& worth, const BlockCodes& codes, std::size_t blocks,
+                         const BlockLight& out) {
+  return run.weighted ? LightOf<true>(run, worth, codes, blocks, out) : LightOf<false>(run, worth, codes, blocks, out);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace lightwell::estimate
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace lightwell::estimate {
+
+HWY_EXPORT(LightOfBlocks);
+
+BlockDoubt light_of_blocks(const BlockRun& run, const BlockWorth& worth, const BlockCodes& codes, std::size_t blocks,
+                           const BlockLight& out) {
+  return HWY_DYNAMIC_DISPATCH(LightOfBlocks)(run, worth, codes, blocks, out);
+}
+
+}  // namespace lightwell::estimate
+#endif  // HWY_ONCE
