@@ -28,6 +28,22 @@ TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
   EXPECT_EQ(c->grpc_listen, "127.0.0.1:7420");
 }
 
+TEST(Config, ASettingStretchesTheLimitsOfError) {
+  EstimatorConfig c;
+  c.epsilon = 0.01;
+  c.radiance_epsilon = 0.05;
+  c.setting = Setting::balanced;
+  EXPECT_EQ(at_setting(c).epsilon, 0.01);
+  EXPECT_EQ(at_setting(c).radiance_epsilon, 0.05);
+  c.setting = Setting::fast;
+  EXPECT_EQ(at_setting(c).epsilon, 0.02);
+  EXPECT_EQ(at_setting(c).radiance_epsilon, 0.1);
+  EXPECT_EQ(at_setting(c).setting, Setting::fast);
+  c.setting = Setting::exact;
+  EXPECT_EQ(at_setting(c).epsilon, 0);
+  EXPECT_EQ(at_setting(c).radiance_epsilon, 0);
+}
+
 TEST(Config, NeedsNoCameraWhereOneIsGivenBesideIt) {
   EXPECT_EQ(parse_config("estimator { band: 2 }", "x", "sim:night")->camera.uri, "sim:night");
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" }", "x", "sim:night")->camera.uri, "sim:night");

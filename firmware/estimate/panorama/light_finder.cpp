@@ -316,6 +316,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     const int shared = reader.pixels_per_color();
     const double samples = std::max(1.0, static_cast<double>(core) / shared);
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
+    if (shared > 1 && !reader.has_luma()) variance *= kMosaicDoubt * kMosaicDoubt;
     const Vec3f middle = vec_cast<float>(axis);
     (void)flood(sums, grid, block, skirt, middle, kCosReachOfBlocks);
     if (is_compact(sums, grid, peak)) {

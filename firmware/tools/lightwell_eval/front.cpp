@@ -1,23 +1,29 @@
 #include "tools/lightwell_eval/front.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 namespace lightwell::eval {
 namespace {
 
-constexpr double kClearTime = 0.95, kClearBytes = 0.98, kClearError = 0.98;
+constexpr double kClearTime = 0.95, kClearInstructions = 0.98, kClearBytes = 0.98, kClearError = 0.98;
 
-bool beats(const Row& a, const Row& b) {
-  const std::array<std::array<double, 3>, 4> goods = {{{a.ms, b.ms, kClearTime},
-                                                       {a.bytes, b.bytes, kClearBytes},
-                                                       {a.rms, b.rms, kClearError},
-                                                       {a.promised(), b.promised(), kClearError}}};
-  const bool worse = std::any_of(goods.begin(), goods.end(), [](const auto& g) { return g[1] < g[2] * g[0]; });
-  return !worse && std::any_of(goods.begin(), goods.end(), [](const auto& g) { return g[0] < g[2] * g[1]; });
+bool clearly_less(double a, double b, double clear) { return a < clear * b; }
+
+/// By the clock, and where instructions were counted by these too: a clock may differ where the same was done.
+bool clearly_quicker(const Row& a, const Row& b) {
+  const bool counted = a.instructions_per_pixel && b.instructions_per_pixel;
+  return clearly_less(a.ms, b.ms, kClearTime) &&
+         (!counted || clearly_less(*a.instructions_per_pixel, *b.instructions_per_pixel, kClearInstructions));
 }
+
+bool clearly_better(const Row& a, const Row& b) {
+  return clearly_quicker(a, b) || clearly_less(a.bytes, b.bytes, kClearBytes) || clearly_less(a.rms, b.rms, kClearError) ||
+         clearly_less(a.promised(), b.promised(), kClearError);
+}
+
+bool beats(const Row& a, const Row& b) { return clearly_better(a, b) && !clearly_better(b, a); }
 
 }  // namespace
 

@@ -38,8 +38,8 @@ struct Row {
 void summarise(Row& row, double memcpy_seconds);
 
 /// Marks the rows that none of their rivals beats. One beats another that has no more of time, bytes, median error and
-/// median bound, and clearly less of one of them. Less or more by below 5 % of time, by which the same program differs from
-/// run to run, or 2 % of the others is neither.
+/// median bound, and clearly less of one of them. Differences below 5 % of time, by which the same program differs from run
+/// to run, or 2 % of the others do not count, nor does time where as many instructions were counted.
 void mark_front(std::span<Row> rows);
 
 }  // namespace lightwell::eval

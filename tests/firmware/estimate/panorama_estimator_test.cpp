@@ -173,6 +173,40 @@ TEST(PanoramaEstimator, TakesANewConfigurationWithTheNextFrame) {
   EXPECT_EQ(estimated(*estimator, p).radiance.band, 2);
 }
 
+TEST(PanoramaEstimator, ASettingIsAWayToReadTheLimitsOfError) {
+  const RigParameters rig = small_rig("pair");
+  const Picture p = picture_of(rig, lamp({0.3, 0.5, -1}, 0.06, 500));
+  const auto answer = [&](Setting setting, double epsilon) {
+    EstimatorConfig config;
+    config.setting = setting;
+    config.epsilon = epsilon;
+    return estimated(*estimator_of(rig, config), p);
+  };
+  const Descriptor fast = answer(Setting::fast, 0.01), twice = answer(Setting::balanced, 0.02);
+  EXPECT_EQ(fast.radiance, twice.radiance);
+  EXPECT_EQ(fast.lights, twice.lights);
+  const Descriptor exact = answer(Setting::exact, 0.01), all = answer(Setting::balanced, 0);
+  EXPECT_EQ(exact.radiance, all.radiance);
+  EXPECT_EQ(exact.lights, all.lights);
+  EXPECT_EQ(exact.radiance.band, 6);
+  EXPECT_EQ(fast.setting, Setting::fast);
+}
+
+TEST(PanoramaEstimator, AWideLampIsOneLightWhicheverOfItsPixelsIsTheBrightest) {
+  // Thirteen degrees across, a little brighter at one end: its other end is farther from there than a light may reach from
+  // its middle.
+  const RigParameters rig = rig_of("pair", 256, 192);
+  const Vec3d axis = normalized(Vec3d{0.2, 0.4, -1}), end = normalized(axis + Vec3d{0.1, 0, 0.02});
+  const Descriptor d = estimated(rig, [&](Vec3d v) {
+    const float l = dot(v, axis) < std::cos(0.113) ? 0.0F : dot(v, end) > std::cos(0.02) ? 210.0F : 200.0F;
+    return Radiance{1 + l, 1 + l, 1 + l};
+  });
+  ASSERT_EQ(d.lights.size(), 1U);
+  // Of a disc: pi L sin². Pixels of 0.8 degrees at its edge fall in or out.
+  const double whole = std::numbers::pi * 200 * std::pow(std::sin(0.113), 2);
+  EXPECT_NEAR(d.lights[0].irradiance.g, whole, 0.03 * whole);
+}
+
 TEST(PanoramaEstimator, ScalesEverythingAlikeAndSaysTheUnits) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);

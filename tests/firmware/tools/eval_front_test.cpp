@@ -39,6 +39,16 @@ TEST(Front, AHairOfTimeIsNoDifference) {
   EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
 }
 
+TEST(Front, AClockThatDiffersWhereTheSameWasDoneIsNoDifference) {
+  std::vector<Row> rows = {row("a", 1.0, 200, 0.01), row("b", 1.2, 200, 0.01)};
+  rows[0].instructions_per_pixel = rows[1].instructions_per_pixel = 10;
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
+  rows[1].instructions_per_pixel = 12;
+  mark_front(rows);
+  EXPECT_FALSE(rows[1].on_front);
+}
+
 TEST(Front, CamerasDoNotCompete) {
   std::vector<Row> rows = {row("a", 1, 200, 0.01), row("b", 5, 300, 0.02)};
   rows[1].setup.width = 1280;
