@@ -192,21 +192,6 @@ TEST(PanoramaEstimator, ASettingIsAWayToReadTheLimitsOfError) {
   EXPECT_EQ(fast.setting, Setting::fast);
 }
 
-TEST(PanoramaEstimator, AWideLampIsOneLightWhicheverOfItsPixelsIsTheBrightest) {
-  // Thirteen degrees across, a little brighter at one end: its other end is farther from there than a light may reach from
-  // its middle.
-  const RigParameters rig = rig_of("pair", 256, 192);
-  const Vec3d axis = normalized(Vec3d{0.2, 0.4, -1}), end = normalized(axis + Vec3d{0.1, 0, 0.02});
-  const Descriptor d = estimated(rig, [&](Vec3d v) {
-    const float l = dot(v, axis) < std::cos(0.113) ? 0.0F : dot(v, end) > std::cos(0.02) ? 210.0F : 200.0F;
-    return Radiance{1 + l, 1 + l, 1 + l};
-  });
-  ASSERT_EQ(d.lights.size(), 1U);
-  // Of a disc: pi L sin². Pixels of 0.8 degrees at its edge fall in or out.
-  const double whole = std::numbers::pi * 200 * std::pow(std::sin(0.113), 2);
-  EXPECT_NEAR(d.lights[0].irradiance.g, whole, 0.03 * whole);
-}
-
 TEST(PanoramaEstimator, ScalesEverythingAlikeAndSaysTheUnits) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);
