@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
   CLI::App app{"lightwell-eval measures what the estimator's settings cost and what they give."};
   app.footer(
       "Examples:\n"
-      "  lightwell-eval --pareto                       the eight panoramas of cmake/fetch_panoramas; about ten minutes\n"
+      "  lightwell-eval --pareto                       the eight panoramas of cmake/fetch_panoramas; about four minutes\n"
       "  lightwell-eval --pareto --quick               three of them, two passes; a minute\n"
       "  lightwell-eval --pareto --scenes all          with the eighteen of cmake/fetch_panoramas --all\n"
       "  lightwell-eval --pareto --scenes city,my.exr  by name, or a file (OpenEXR or Radiance, twice as wide as high)\n"
