@@ -12,8 +12,8 @@ constexpr double kFarLate = 1.5;
 constexpr double kLateShare = 0.05, kLateMemory = 256;
 /// A prediction must leave so much of the budget: noise, and what the prediction gets wrong.
 constexpr double kRoom = 0.9;
-/// What the steps from fast to balanced and from there to exact usually cost (lightwell-eval --pareto, 2 x 640x480), until
-/// they are measured.
+/// A guess at what the steps from fast to balanced and from there to exact cost, until they are measured: on the high side
+/// of the 1.0 to 1.3 and 1.1 to 1.4 of lightwell-eval --pareto, as many lights make exact dearer.
 constexpr double kUsualSteps[] = {1.2, 1.8};
 constexpr double kLargestStep = 64;
 constexpr std::uint64_t kFirstPatience = 30, kMostPatience = 30 * 256, kPatienceFactor = 4;

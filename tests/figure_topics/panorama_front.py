@@ -6,7 +6,7 @@ import time
 
 from figure_topics.rows import equals, reported
 
-REAL = "8 real panoramas, simulated pair; front of time, bytes, error and bound among 40 configurations"
+REAL = "8 real panoramas, simulated pair; front of time, bytes, error and bound"
 
 
 def sweep(folder, say):

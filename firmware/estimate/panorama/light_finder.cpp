@@ -16,6 +16,8 @@ constexpr float kSkirtOverMean = 3;
 const float kCosReach = std::cos(12 * std::numbers::pi_v<float> / 180);
 /// Blocks are told apart by their middles: some of a block's pixels are nearer.
 const float kCosReachOfBlocks = std::cos(16 * std::numbers::pi_v<float> / 180);
+/// As a cosine: no limit.
+constexpr float kAnywhere = -2;
 /// So far apart are two ends of one light.
 const float kCosAcross = std::cos(24 * std::numbers::pi_v<float> / 180);
 /// A wider region is no light that casts a shadow.
@@ -307,7 +309,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
   if (compact) {
     claim(peak_at, pixels_.id(peak_at), pixels_.light(peak_at));
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
-    grow(reader, RegionPart::core, 0.5F * peak, {}, -2);
+    grow(reader, RegionPart::core, 0.5F * peak, {}, kAnywhere);
     core = region_.size();
     axis = core_direction(reader, sums, peak, skirt);
     if (axis == Vec3d{}) return out;
@@ -325,7 +327,7 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
       grow(reader, RegionPart::skirt, skirt, middle, kCosReach);
     } else {
       // Pixel by pixel where the core's blocks are, by whole blocks beyond.
-      (void)flood(sums, grid, block, 0.5F * peak, {}, -2);
+      (void)flood(sums, grid, block, 0.5F * peak, {}, kAnywhere);
       grow(reader, RegionPart::skirt, skirt, middle, kCosReach);
       (void)flood(sums, grid, block, skirt, middle, kCosReach);
       gather_blocks(sums, grid, skirt, axis, all);
@@ -400,7 +402,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
       }
     }
 
-    (void)flood(sums, grid, c.block, 0.5F * c.peak, {}, -2);
+    (void)flood(sums, grid, c.block, 0.5F * c.peak, {}, kAnywhere);
     bool compact = is_compact(sums, grid, c.peak);
     Place peak_at{};
     float peak = c.peak;
@@ -419,7 +421,7 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
         continue;
       }
       if (peak < c.peak) {
-        (void)flood(sums, grid, c.block, 0.5F * peak, {}, -2);
+        (void)flood(sums, grid, c.block, 0.5F * peak, {}, kAnywhere);
         compact = is_compact(sums, grid, peak);
       }
     }

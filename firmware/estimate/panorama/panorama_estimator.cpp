@@ -26,7 +26,7 @@ namespace {
 using namespace estimate;
 
 constexpr double kSphere = 4 * std::numbers::pi;
-/// Smaller blocks take more time and answer with the same error (lightwell-eval --pareto).
+/// Edge of a block, about. Smaller ones take more time and answer with the same error (lightwell-eval --pareto).
 constexpr double kBlockRad = 3.2 * std::numbers::pi / 180;
 constexpr int kWidestBlock = 16;
 

@@ -14,18 +14,22 @@ inline constexpr std::size_t kBlockLightRoom = 16;
 
 /// What blocks' sums are worth, worked out once: an entry a block.
 struct BlockWorth {
-  const float *mean, *along_x, *along_y;  ///< Plain: the plane that fits the weights, about the middle of the block.
+  const float *mean, *along_x, *along_y;  ///< Plain: the plane that fits the weights (sr), about the middle of the block.
   const float* half_x;                    ///< Plain: that middle, pixels from the block's corner.
-  const float *unit, *middle_x, *middle_y;  ///< Weighted: of the 8-bit weights, see CodePass.
-  const float *total, *pixels;            ///< Sum of weights; pixels that see something.
-  const float *per_total, *per_pixel, *brighten, *spread, *solid_angle;
+  const float *unit, *middle_x, *middle_y;  ///< Weighted: of the 8-bit weights: the unit makes them add up to
+                                            ///< the total; their middle is in pixels from the corner.
+  const float *total, *pixels;            ///< Sum of weights, solid angle over vignetting, sr; pixels that see something.
+  const float *per_total, *per_pixel;     ///< 1 over these.
+  const float* brighten;                  ///< Total by solid angle.
+  const float* spread;                    ///< Total squared by pixels.
+  const float* solid_angle;               ///< sr.
 };
 
 /// Of red, green and blue, an entry a block, in units of the kernels' sums.
 struct BlockCodes {
   std::array<float*, 3> sum, across, down;  ///< Linear values; times column and times row within the block.
   std::array<float*, 3> top;                ///< Linear value of the largest code, in units of plain sums.
-  float* clipped;                           ///< Pixels.
+  float* clipped;                           ///< Pixels that are saturated.
 };
 
 /// What is the same for a run of blocks.
@@ -38,9 +42,11 @@ struct BlockRun {
   float radiance = 1;               ///< Per linear value.
   std::array<float, 3> white{}, luminance{};  ///< White balance; weights of luminance with it.
   float read2 = 0, shot = 0, cut_noise = 0;
-  const float* step = nullptr;      ///< How far apart codes are, by linear value in 1/4095; null: plain_unit everywhere.
+  const float* step = nullptr;      ///< How far apart codes are, 4096 of them by linear value in 1/4095; null: plain_unit everywhere.
 };
 
+/// As in BlockSums: integral of radiance over solid angle, largest luminance, where the light sits in pixels from the middle,
+/// solid angle that is saturated.
 struct BlockLight {
   CellSum* light;
   float *peak, *offset_x, *offset_y, *clipped;

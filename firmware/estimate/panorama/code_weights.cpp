@@ -1,0 +1,176 @@
+#include "estimate/panorama/code_weights.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimate/panorama/kernels/lane_sums.hpp"
+
+namespace lightwell::estimate {
+namespace {
+
+/// A block's weights count as a plane where they differ from one by at most this share, RMS. What is left averages out
+/// over the pixels of a block, and over blocks.
+constexpr double kPlane = 5e-4;
+
+}  // namespace
+
+Lanes lanes_of(PixelFormat format) {
+  if (format == PixelFormat::rgb8) return Lanes::interleaved;
+  return is_bayer(format) ? Lanes::mosaic : Lanes::planar;
+}
+
+CodeWeights::CodeWeights(const RigTable& table, const BlockLayout& layout)
+    : table_(table), layout_(layout), worths_(layout.size() + kBlockLightRoom) {
+  if (layout.edge() < 2 || layout.edge() > kMostRows) return;
+  for (int lens = 0; lens < layout.lens_count(); ++lens) {
+    auto& rows = rows_.emplace_back();
+    for (int top = 0; top < table.lenses[static_cast<std::size_t>(lens)].height; top += layout.edge())
+      plan_row(lens, top, rows.emplace_back());
+  }
+}
+
+CodeWeights::Worths::Worths(std::size_t blocks) {
+  for (auto* values : {&mean, &along_x, &along_y, &half_x, &total, &pixels, &per_total, &per_pixel, &brighten, &spread, &solid_angle})
+    values->resize(blocks);
+  for (auto* of_lanes : {&unit, &middle_x, &middle_y})
+    for (std::vector<float>& values : *of_lanes) values.resize(blocks);
+}
+
+BlockWorth CodeWeights::worth(std::size_t block, Lanes lanes) const {
+  const auto kind = static_cast<std::size_t>(lanes);
+  const auto from = [block](const std::vector<float>& all) { return all.data() + block; };
+  const Worths& w = worths_;
+  return {from(w.mean),       from(w.along_x),        from(w.along_y),        from(w.half_x),
+          from(w.unit[kind]), from(w.middle_x[kind]), from(w.middle_y[kind]), from(w.total),
+          from(w.pixels),     from(w.per_total),      from(w.per_pixel),      from(w.brighten),
+          from(w.spread),     from(w.solid_angle)};
+}
+
+void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
+  const std::size_t first_block = layout_.block_of(lens, 0, top);
+  for (int column = 0; column < layout_.columns(lens); ++column) {
+    const std::size_t block = first_block + static_cast<std::size_t>(column);
+    plan_block(lens, block);
+    if (!(worths_.pixels[block] > 0)) continue;
+    const bool weighted = worths_.unit[0][block] > 0;
+    if (runs.empty() || runs.back().end != column || runs.back().weighted != weighted)
+      runs.push_back({column, column, weighted, {}});
+    runs.back().end = column + 1;
+  }
+  for (WeightRun& run : runs)
+    if (run.weighted) plan_weights(lens, top, run);
+}
+
+void CodeWeights::plan_block(int lens_number, std::size_t block) {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
+  const BlockLayout::Place p = layout_.place(block);
+  double sum = 0, sr = 0, seen = 0, x_fit = 0, y_fit = 0, squares = 0;
+  const double middle_x = 0.5 * (p.width - 1), middle_y = 0.5 * (p.height - 1);
+  for (int y = 0; y < p.height; ++y) {
+    for (int x = 0; x < p.width; ++x) {
+      const auto i = static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + x);
+      const double a = lens.solid_angle[i], w = a * lens.inverse_vignetting[i];
+      seen += a > 0 ? 1 : 0;
+      sr += a;
+      sum += w;
+      squares += w * w;
+      x_fit += w * (x - middle_x);
+      y_fit += w * (y - middle_y);
+    }
+  }
+  if (!(sum > 0)) return;
+  const double pixels = static_cast<double>(p.width) * p.height;
+  worths_.half_x[block] = static_cast<float>(middle_x);
+  worths_.pixels[block] = static_cast<float>(seen);
+  worths_.total[block] = static_cast<float>(sum);
+  worths_.solid_angle[block] = static_cast<float>(sr);
+  worths_.per_total[block] = static_cast<float>(1 / sum);
+  worths_.per_pixel[block] = seen > 0 ? 1 / static_cast<float>(seen) : 0;
+  worths_.brighten[block] = sr > 0 ? static_cast<float>(sum / sr) : 0;
+  worths_.spread[block] = seen > 0 ? static_cast<float>(sum * sum / static_cast<double>(seen)) : 0;
+  // Sum of (x - middle)² over the block; the fit over a full grid separates.
+  const double xx = pixels * (p.width * p.width - 1) / 12.0, yy = pixels * (p.height * p.height - 1) / 12.0;
+  const double mean = sum / pixels, along_x = xx > 0 ? x_fit / xx : 0, along_y = yy > 0 ? y_fit / yy : 0;
+  const double rest = squares - pixels * mean * mean - along_x * along_x * xx - along_y * along_y * yy;
+  if (seen == pixels && rest <= pixels * (kPlane * mean) * (kPlane * mean)) {
+    worths_.mean[block] = static_cast<float>(mean);
+    worths_.along_x[block] = static_cast<float>(along_x);
+    worths_.along_y[block] = static_cast<float>(along_y);
+  } else {
+    for (std::vector<float>& unit : worths_.unit) unit[block] = 1;
+  }
+}
+
+Stretch CodeWeights::stretch(int lens, Lanes lanes, const WeightRun& run) const {
+  const std::size_t per_pixel = lanes == Lanes::interleaved ? 3 : 1, edge = static_cast<std::size_t>(layout_.edge());
+  const std::size_t row = static_cast<std::size_t>(table_.lenses[static_cast<std::size_t>(lens)].width) * per_pixel;
+  const std::size_t begin = static_cast<std::size_t>(run.first) * edge * per_pixel;
+  const std::size_t end = std::min(static_cast<std::size_t>(run.end) * edge * per_pixel, row);
+  const std::size_t count = std::max(end - begin, kFewestLanes);
+  return {std::min(begin, row - count), count};
+}
+
+void CodeWeights::plan_weights(int lens_number, int top, WeightRun& run) {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
+  if (lens.width < static_cast<int>(kFewestLanes)) return;
+  const int rows = std::min(layout_.edge(), lens.height - top);
+  const std::size_t first = layout_.block_of(lens_number, run.first * layout_.edge(), top);
+  for (std::size_t kind = 0; kind < kLaneKinds; ++kind) {
+    const auto lanes = static_cast<Lanes>(kind);
+    const Stretch s = stretch(lens_number, lanes, run);
+    run.weights[kind] = bytes_.size();
+    bytes_.resize(bytes_.size() + static_cast<std::size_t>(rows) * s.count);
+    for (std::size_t b = 0; b < static_cast<std::size_t>(run.end - run.first); ++b)
+      round_weights(lens_number, first + b, lanes, s, bytes_.data() + run.weights[kind]);
+  }
+}
+
+/// What rounding takes from one pixel the next gets, to and fro through the block: sums and moments stay.
+void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes, const Stretch& s, std::uint8_t* weights) {
+  const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
+  const BlockLayout::Place p = layout_.place(block);
+  // A sample of a mosaic stands for the whole quad.
+  const int step = lanes == Lanes::mosaic ? 2 : 1;
+  const auto weight = [&](int x, int y) {
+    double sum = 0;
+    int pixels = 0;
+    for (int j = y; j < std::min(y + step, p.height); ++j) {
+      for (int i = x; i < std::min(x + step, p.width); ++i, ++pixels) {
+        const auto at = static_cast<std::size_t>(p.y + j) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + i);
+        sum += static_cast<double>(lens.solid_angle[at]) * lens.inverse_vignetting[at];
+      }
+    }
+    return sum / pixels;
+  };
+  double largest = 0;
+  for (int y = 0; y < p.height; y += step)
+    for (int x = 0; x < p.width; x += step) largest = std::max(largest, weight(x, y));
+  const std::size_t per_pixel = lanes == Lanes::interleaved ? 3 : 1;
+  double carried = 0, sum = 0, x_sum = 0, y_sum = 0;
+  for (int y = 0; y < p.height; y += step) {
+    const int last = (p.width - 1) / step * step;
+    for (int to = 0; to < p.width; to += step) {
+      const int x = y / step % 2 == 0 ? to : last - to;
+      const double exact = weight(x, y) / largest * 255;
+      if (!(exact > 0)) continue;
+      // What is seen at all keeps a weight: a sun in the last pixel must not vanish.
+      const auto rounded = std::clamp(std::lround(exact + carried), 1L, 255L);
+      carried += exact - static_cast<double>(rounded);
+      for (int j = y; j < std::min(y + step, p.height); ++j) {
+        for (int i = x; i < std::min(x + step, p.width); ++i) {
+          sum += static_cast<double>(rounded);
+          x_sum += static_cast<double>(rounded) * i;
+          y_sum += static_cast<double>(rounded) * j;
+          std::uint8_t* at = weights + static_cast<std::size_t>(j) * s.count + static_cast<std::size_t>(p.x + i) * per_pixel - s.begin;
+          std::fill_n(at, per_pixel, static_cast<std::uint8_t>(rounded));
+        }
+      }
+    }
+  }
+  const auto kind = static_cast<std::size_t>(lanes);
+  worths_.unit[kind][block] = static_cast<float>(256 * worths_.total[block] / sum);
+  worths_.middle_x[kind][block] = static_cast<float>(x_sum / sum);
+  worths_.middle_y[kind][block] = static_cast<float>(y_sum / sum);
+}
+
+}  // namespace lightwell::estimate
