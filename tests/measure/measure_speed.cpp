@@ -4,8 +4,9 @@
 //   measure_speed formats    SETTING.RIG.FORMAT     one picture
 //   measure_speed brackets   bracket.RIG.FORMAT     three exposures at `balanced`
 //   measure_speed sizes      size.SETTING.WxH       one lens; seen_pixels: that the lens sees at all, the others cost
-//   nothing measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in an even room. CHOICE as_rich_as_needed:
-//   the default of 1 %; all_sent: epsilon 0, 64 lights in the descriptor
+//                                                   nothing
+//   measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in an even room. CHOICE as_rich_as_needed: the
+//                                                   default of 1 %; all_sent: epsilon 0, 64 lights in the descriptor
 //   measure_speed            all of these
 // Rigs: single, one lens of 1280x960; pair, two of these; equirect, a whole sphere of as many pixels as 1280x960.
 #include <algorithm>
@@ -31,7 +32,10 @@ constexpr int kSizes[][2] = {{640, 480}, {1280, 960}, {1920, 1440}, {2560, 1920}
 /// Pictures of every size take turns in as much memory, more than any cache holds: eight of 3840x3840.
 constexpr std::size_t kBytesOfSizes = 8UL * 3 * 3840 * 3840;
 constexpr int kLights = 64;
-constexpr int kPassesInTurns = 20;
+/// The same estimator takes up to 6 % longer where its tables happen to lie otherwise in memory: both sides of a ratio are
+/// the best of as many estimators, each made anew.
+constexpr int kPlacements = 6;
+constexpr int kPassesInTurns = 8;
 /// A degree and a half wide, six pixels of 1568x784, and 150 times the room: each gives 0.5 % of all light, and a lamp
 /// of less than 0.2 % is none to the estimator.
 constexpr double kLightRadiusRad = 0.75 * std::numbers::pi / 180;
@@ -145,15 +149,20 @@ void lights() {
           c.config.max_lights = kLights;
           c.config.epsilon = 0;
         }
-        measure::SpeedBench without(none, c), with(all, c);
-        for (int pass = 0; pass < kPassesInTurns; ++pass) {
-          without.pass();
-          with.pass();
+        measure::Speed without, with;
+        for (int placement = 0; placement < kPlacements; ++placement) {
+          measure::SpeedBench one(none, c), other(all, c);
+          for (int pass = 0; pass < kPassesInTurns; ++pass) {
+            one.pass();
+            other.pass();
+          }
+          if (placement == 0 || one.best().seconds < without.seconds) without = one.best();
+          if (placement == 0 || other.best().seconds < with.seconds) with = other.best();
         }
         const std::string prefix = std::string("lights.").append(choice) + "." + std::string(to_string(setting)) +
                                    (linear ? ".rgb8_linear." : ".rgb8.");
-        print(prefix + "0", without.best());
-        print(prefix + std::to_string(kLights), with.best());
+        print(prefix + "0", without);
+        print(prefix + std::to_string(kLights), with);
       }
     }
   }

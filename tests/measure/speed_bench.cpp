@@ -6,6 +6,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 #include <lightwell/time.hpp>
 
@@ -24,11 +25,17 @@ constexpr int kPasses = 5;
   std::exit(1);
 }
 
-/// Seconds of one call: the mean over all buffers.
-double mean_seconds(std::size_t buffers, const std::function<void(std::size_t)>& once) {
-  const std::int64_t start = monotonic_now_ns();
-  for (std::size_t i = 0; i < buffers; ++i) once(i);
-  return static_cast<double>(monotonic_now_ns() - start) * 1e-9 / static_cast<double>(buffers);
+/// One turn through the buffers; keeps the best of each.
+void turn(std::vector<double>& best, const std::function<void(std::size_t)>& once) {
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    const std::int64_t start = monotonic_now_ns();
+    once(i);
+    best[i] = std::min(best[i], static_cast<double>(monotonic_now_ns() - start) * 1e-9);
+  }
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -78,23 +85,31 @@ SpeedBench::SpeedBench(const sim::Scene& scene, const SpeedCase& c) {
   Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
   estimator_ = std::move(*estimator);
-  best_.bytes = static_cast<double>(bracket.size());
-  best_.seconds = best_.memcpy_seconds = std::numeric_limits<double>::infinity();
+  shown_.bytes = static_cast<double>(bracket.size());
+  seconds_.assign(c.buffers, std::numeric_limits<double>::infinity());
+  memcpy_seconds_ = seconds_;
 }
 
 void SpeedBench::pass() {
   const std::size_t count = buffers_.size();
-  best_.seconds = std::min(best_.seconds, mean_seconds(count, [&](std::size_t i) {
-                             if (const Status s = estimator_->estimate(frames_[i], made_); !s.ok()) fail(s);
-                             const auto encoded = encoder_.encode(made_);
-                             if (!encoded) fail(encoded.status());
-                             best_.descriptor_bytes = static_cast<double>(encoded->size());
-                           }));
-  best_.lights = static_cast<int>(made_.lights.size());
+  turn(seconds_, [&](std::size_t i) {
+    if (const Status s = estimator_->estimate(frames_[i], made_); !s.ok()) fail(s);
+    const auto encoded = encoder_.encode(made_);
+    if (!encoded) fail(encoded.status());
+    shown_.descriptor_bytes = static_cast<double>(encoded->size());
+  });
+  shown_.lights = static_cast<int>(made_.lights.size());
   // All buffers hold the same, so copying changes nothing.
-  best_.memcpy_seconds = std::min(best_.memcpy_seconds, mean_seconds(count, [&](std::size_t i) {
-                                    std::memcpy(buffers_[(i + 1) % count].data(), buffers_[i].data(), buffers_[i].size());
-                                  }));
+  turn(memcpy_seconds_, [&](std::size_t i) {
+    std::memcpy(buffers_[(i + 1) % count].data(), buffers_[i].data(), buffers_[i].size());
+  });
+}
+
+Speed SpeedBench::best() const {
+  Speed out = shown_;
+  out.seconds = mean(seconds_);
+  out.memcpy_seconds = mean(memcpy_seconds_);
+  return out;
 }
 
 Speed measure_speed(const sim::Scene& scene, const SpeedCase& c) {

@@ -28,8 +28,8 @@ struct SpeedCase {
 };
 
 struct Speed {
-  double seconds = 0;         ///< Of one descriptor; best of the passes over all buffers.
-  double memcpy_seconds = 0;  ///< Of copying the bytes of one bracket; best of as many that take turns with those.
+  double seconds = 0;         ///< Of one descriptor: each buffer at its best of the passes, and their mean.
+  double memcpy_seconds = 0;  ///< Of copying the bytes of one bracket, in as many passes that take turns with those.
   double bytes = 0;           ///< Of one bracket.
   double descriptor_bytes = 0;
   int lights = 0;
@@ -41,7 +41,8 @@ class SpeedBench {
  public:
   SpeedBench(const sim::Scene& scene, const SpeedCase& c);
   void pass();
-  [[nodiscard]] const Speed& best() const { return best_; }
+  /// After at least one pass.
+  [[nodiscard]] Speed best() const;
 
  private:
   std::vector<std::vector<std::byte>> buffers_;
@@ -49,7 +50,8 @@ class SpeedBench {
   std::unique_ptr<Estimator> estimator_;
   Encoder encoder_;
   Descriptor made_;
-  Speed best_;
+  std::vector<double> seconds_, memcpy_seconds_;  ///< Of each buffer, best of the passes so far.
+  Speed shown_;                                   ///< All but the times.
 };
 
 /// Best of five passes.

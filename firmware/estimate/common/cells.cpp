@@ -82,10 +82,18 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
   std::array<std::array<double, kRowCount>, 3> total{};
   // Sums in float over a few hundred cells, then in double: rounding stays below 1e-6 of the largest coefficient.
   constexpr std::size_t kChunk = 256;
+  CellSum even[kChunk];
+  auto next_moved = moved.begin();
   for (std::size_t begin = 0; begin < sums.size(); begin += kChunk) {
     const std::size_t count = std::min(kChunk, sums.size() - begin);
+    const CellSum* from = &sums[begin];
+    if (next_moved != moved.end() && next_moved->cell < begin + count) {
+      std::copy_n(from, count, even);
+      for (; next_moved != moved.end() && next_moved->cell < begin + count; ++next_moved) even[next_moved->cell - begin] = {};
+      from = even;
+    }
     float part[3][kRowFloats] = {};
-    add_weighted_rows(rows_[begin].data(), &sums[begin].r, count, part);
+    add_weighted_rows(rows_[begin].data(), &from->r, count, part);
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
   }
@@ -99,8 +107,6 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
       const Vec3f to = vec_cast<float>(m.centroid);
       points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;
       points.r[k] = s.r, points.g[k] = s.g, points.b[k] = s.b;
-      const CellSum from{-s.r, -s.g, -s.b};
-      add_weighted_rows(rows_[m.cell].data(), &from.r, 1, part);
     }
     add_points(points, part);
     for (std::size_t k = 0; k < 3; ++k)

@@ -59,8 +59,8 @@ class CellGrid {
   /// Unit; zero of a cell without solid angle.
   [[nodiscard]] Vec3f direction(std::size_t cell) const { return direction_[cell]; }
 
-  /// `sums` has size() entries. A cell in `moved` is taken at its own centroid instead of as spread evenly over the
-  /// cell: light that sits in a corner.
+  /// `sums` has size() entries. A cell in `moved`, by ascending cell, is taken at its own centroid instead of as spread
+  /// evenly over the cell: light that sits in a corner.
   struct Moved {
     std::size_t cell;
     Vec3d centroid;

@@ -21,6 +21,8 @@ constexpr double kRoom = 0.8;
 constexpr double kRoundingShare = 0.3;
 /// Bytes of a light, and of what else there is in a message (see proto/README.md, caps and sizes).
 constexpr double kLightBytes = 32, kOtherBytes = 64;
+/// Where nothing keeps the limit, errors that differ by less are alike.
+constexpr double kClearlyLess = 0.98;
 /// A light that was sent before counts for so much more: two that are alike must not take turns.
 constexpr double kLoyalty = 0.8;
 
@@ -43,6 +45,13 @@ double allowed_step(int band, bool all_bands, double allowed_rms) {
 int exponent_within(double step) {
   return step > 0 && std::isfinite(step) ? std::clamp(static_cast<int>(std::floor(std::log2(step))), -140, 100) : -140;
 }
+
+/// The error of irradiance that is to be expected, by its limit.
+double excess_of(double truncation, const ChoiceLimits& limits) {
+  return std::hypot(truncation, limits.other_error, kRoundingShare / 2 * limits.epsilon) / (kMargin * limits.epsilon);
+}
+
+bool needs_all_bands(const ChoiceLimits& limits) { return limits.radiance_epsilon > 0 || !(limits.epsilon > 0); }
 
 }  // namespace
 
@@ -141,69 +150,107 @@ void Chooser::lost_above(const Rest& rest, bool all_bands, double (&irradiance)[
   }
 }
 
-void Chooser::choose(const Projection& scene, std::span<const Light> found, int must,
-                     const ChoiceLimits& limits, std::vector<Light>& kept, Chosen& out) {
+Chooser::Whole Chooser::begin(const Projection& scene) {
   const BandWeights& w = band_weights();
-  const bool all_bands = limits.radiance_epsilon > 0 || !(limits.epsilon > 0);
-  const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), found.size());
-  double whole2[3] = {}, whole_radiance2[3] = {};
+  double irradiance2[3] = {}, radiance2[3] = {};
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < kRowCount; ++i) {
       rests_[0].c[k][i] = static_cast<float>(scene.c[i][k]);
-      whole2[k] += w.irradiance[i] * scene.c[i][k] * scene.c[i][k];
-      whole_radiance2[k] += w.radiance[i] * scene.c[i][k] * scene.c[i][k];
+      irradiance2[k] += w.irradiance[i] * scene.c[i][k] * scene.c[i][k];
+      radiance2[k] += w.radiance[i] * scene.c[i][k] * scene.c[i][k];
     }
   }
-  out.whole = rms(whole2);
-  const IrradianceRms whole_radiance = rms(whole_radiance2);
-  const std::size_t shaped = std::min(found.size(), limits.epsilon > 0 ? kMostConsidered : most);
-  const auto shape = [&](std::size_t j) {
-    const BasisRow y = basis_row(vec_cast<double>(found[j].direction));
-    float zonal[kTailBands.back() + 1];
-    for (int l = 0; l <= kTailBands.back(); ++l) zonal[l] = static_cast<float>(cap_zonal(l, found[j].angular_radius_rad));
-    for (std::size_t i = 0; i < kRowCount; ++i) shapes_[j].y[i] = zonal[w.band[i]] * y[i];
+  return {rms(irradiance2), rms(radiance2)};
+}
+
+void Chooser::shape_of(const Light& light, Shape& out) {
+  const BandWeights& w = band_weights();
+  const BasisRow y = basis_row(vec_cast<double>(light.direction));
+  float zonal[kTailBands.back() + 1];
+  for (int l = 0; l <= kTailBands.back(); ++l) zonal[l] = static_cast<float>(cap_zonal(l, light.angular_radius_rad));
+  for (std::size_t i = 0; i < kRowCount; ++i) out.y[i] = zonal[w.band[i]] * y[i];
+}
+
+template <class Visit>
+void Chooser::for_bands(std::size_t lights, const ChoiceLimits& limits, const Whole& whole, Visit&& visit) const {
+  const bool all_bands = needs_all_bands(limits);
+  // The step will be a power of two between all and half of that. To reckon with the one it will be would choose
+  // otherwise for a scene that is the same but brighter.
+  const double step = allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * whole.irradiance.plain);
+  const double inverse_step = step > 0 ? std::numbers::sqrt2 / step : 0;
+  double irradiance_lost[kBands][3], radiance_lost[kBands][3];
+  lost_above(rests_[lights], all_bands, irradiance_lost, radiance_lost);
+  Option o;
+  o.lights = lights;
+  o.bytes = kOtherBytes + kLightBytes * static_cast<double>(lights);
+  for (int l = 0; l <= limits.band; ++l) {
+    if (!all_bands && l > 1 && l % 2 != 0) continue;
+    for (std::size_t i = static_cast<std::size_t>(l * l); i < static_cast<std::size_t>(sh_count(l)); ++i)
+      for (std::size_t k = 0; k < 3; ++k) o.bytes += varint_bytes(rests_[lights].c[k][i], inverse_step);
+    o.band = l;
+    const double truncation = relative(rms(irradiance_lost[l]), whole.irradiance);
+    o.excess = excess_of(truncation, limits);
+    if (limits.radiance_epsilon > 0)
+      o.excess = std::max(o.excess, relative(rms(radiance_lost[l]), whole.radiance) / (kMargin * limits.radiance_epsilon));
+    visit(o);
+  }
+}
+
+int Chooser::worth_finding(const Projection& scene, const Light* brightest, const ChoiceLimits& limits) {
+  if (!(limits.epsilon > 0)) return limits.max_lights;
+  const Whole whole = begin(scene);
+  // What has other causes no light makes better.
+  const double good_enough = std::max(kRoom, excess_of(0, limits) / kClearlyLess);
+  double bytes = std::numeric_limits<double>::infinity();
+  const auto look = [&](const Option& o) {
+    if (o.excess <= good_enough) bytes = std::min(bytes, o.bytes);
   };
-  for (std::size_t j = 0; j < shaped; ++j) shape(j);
-  if (must >= static_cast<int>(shaped)) shape(static_cast<std::size_t>(must));
+  for_bands(0, limits, whole, look);
+  if (brightest != nullptr) {
+    shape_of(*brightest, shapes_[0]);
+    rests_[1] = rests_[0];
+    subtract(*brightest, shapes_[0], rests_[1]);
+    for_bands(1, limits, whole, look);
+  }
+  if (!std::isfinite(bytes)) return limits.max_lights;
+  const int paying = static_cast<int>((bytes - kOtherBytes) / kLightBytes), kept = static_cast<int>(kept_before_.size());
+  return std::min(limits.max_lights, paying > 0 ? std::max(paying, kept) + 1 : std::max(kept, 1));
+}
+
+void Chooser::choose(const Projection& scene, std::span<const Light> found, int must,
+                     const ChoiceLimits& limits, std::vector<Light>& kept, Chosen& out) {
+  const BandWeights& w = band_weights();
+  const bool all_bands = needs_all_bands(limits);
+  const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), found.size());
+  const Whole whole = begin(scene);
+  out.whole = whole.irradiance;
+  const std::size_t shaped = std::min(found.size(), limits.epsilon > 0 ? kMostConsidered : most);
+  for (std::size_t j = 0; j < shaped; ++j) shape_of(found[j], shapes_[j]);
+  if (must >= static_cast<int>(shaped)) shape_of(found[static_cast<std::size_t>(must)], shapes_[static_cast<std::size_t>(must)]);
 
   std::size_t lights = 0;
   int band = limits.band;
-  double irradiance_lost[kBands][3], radiance_lost[kBands][3];
   if (limits.epsilon > 0) {
     // Relative to the whole, over all channels as errors are counted.
     const auto inverse = static_cast<float>(out.whole.plain > 0 ? 1 / (out.whole.plain * out.whole.plain) : 0);
     order_lights(found, must, most, {inverse, inverse, inverse});
     Option best, fallback;
     best.bytes = fallback.excess = std::numeric_limits<double>::infinity();
-    // The step will be a power of two between all and half of that. To reckon with the one it will be would choose
-    // otherwise for a scene that is the same but brighter.
-    const double step = allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain);
-    const double inverse_step = step > 0 ? std::numbers::sqrt2 / step : 0;
     for (std::size_t n = must >= 0 && !order_.empty() ? 1 : 0; n <= order_.size(); ++n) {
       if (kOtherBytes + kLightBytes * static_cast<double>(n) > best.bytes) break;
-      lost_above(rests_[n], all_bands, irradiance_lost, radiance_lost);
       bool same_lights = n == kept_before_.size();
       for (std::size_t j = 0; j < n && same_lights; ++j) same_lights = was_kept(found[order_[j]].track);
-      double bytes = kOtherBytes + kLightBytes * static_cast<double>(n);
-      for (int l = 0; l <= limits.band; ++l) {
-        if (!all_bands && l > 1 && l % 2 != 0) continue;
-        for (std::size_t i = static_cast<std::size_t>(l * l); i < static_cast<std::size_t>(sh_count(l)); ++i)
-          for (std::size_t k = 0; k < 3; ++k) bytes += varint_bytes(rests_[n].c[k][i], inverse_step);
-        Option o{n, l, bytes, 0, same_lights && l == band_before_};
-        const double truncation = relative(rms(irradiance_lost[l]), out.whole);
-        o.excess = std::hypot(truncation, limits.other_error, kRoundingShare / 2 * limits.epsilon) / (kMargin * limits.epsilon);
-        if (limits.radiance_epsilon > 0)
-          o.excess = std::max(o.excess, relative(rms(radiance_lost[l]), whole_radiance) / (kMargin * limits.radiance_epsilon));
-        if (o.excess < 0.98 * fallback.excess) fallback = o;
-        const bool poorer = n < kept_before_.size() || l < band_before_;
-        if (o.excess > (poorer ? kRoom : 1.0)) continue;
+      for_bands(n, limits, whole, [&](const Option& o) {
+        if (o.excess < kClearlyLess * fallback.excess) fallback = o;
+        const bool poorer = n < kept_before_.size() || o.band < band_before_;
+        if (o.excess > (poorer ? kRoom : 1.0)) return;
         // What was sent before is left only for a fair gain.
-        const double price = o.same_as_before ? 0.93 * bytes : bytes;
+        const double price = same_lights && o.band == band_before_ ? 0.93 * o.bytes : o.bytes;
         if (price < best.bytes) {
           best = o;
           best.bytes = price;
         }
-      }
+      });
     }
     const Option& taken = std::isfinite(best.bytes) ? best : fallback;
     lights = taken.lights;
@@ -219,6 +266,7 @@ void Chooser::choose(const Projection& scene, std::span<const Light> found, int 
   }
 
   const Rest& rest = rests_[lights];
+  double irradiance_lost[kBands][3], radiance_lost[kBands][3];
   lost_above(rest, all_bands, irradiance_lost, radiance_lost);
   out.truncation = rms(irradiance_lost[band]);
   out.step = limits.epsilon > 0 && out.whole.plain > 0

@@ -32,6 +32,11 @@ class Chooser {
  public:
   Chooser();
 
+  /// Before choose(): how many lights of a frame are worth finding, `brightest` (null: there is none) among them. Each
+  /// costs its bytes, and no more can be saved than the bands above 0 cost with `brightest` or without any. One more than
+  /// can pay, and as many as were kept before: two that are alike must not take turns.
+  [[nodiscard]] int worth_finding(const Projection& scene, const Light* brightest, const ChoiceLimits& limits);
+
   /// Takes the lights to keep out of `found` (strongest first) and says what is left. found[must] is kept whatever it
   /// gives; -1: none. Tracks tell which lights were kept before.
   ///
@@ -52,17 +57,24 @@ class Chooser {
   struct Rest {
     float c[3][kRowCount];
   };
-  struct Error {
-    double irradiance = 0, radiance = 0;  ///< Relative.
-  };
   struct Option {
     std::size_t lights = 0;
     int band = 0;
     double bytes = 0, excess = 0;  ///< `excess`: the largest ratio of a predicted error to its limit.
-    bool same_as_before = false;
   };
 
+  /// What an irradiance and a radiance are relative to.
+  struct Whole {
+    IrradianceRms irradiance, radiance;
+  };
+
+  /// rests_[0] is the scene.
+  [[nodiscard]] Whole begin(const Projection& scene);
+  static void shape_of(const Light& light, Shape& out);
   void subtract(const Light& light, const Shape& shape, Rest& rest) const;
+  /// Calls `visit(Option)` for rests_[lights] and each last band.
+  template <class Visit>
+  void for_bands(std::size_t lights, const ChoiceLimits& limits, const Whole& whole, Visit&& visit) const;
   /// What is lost above each band, as squares: [band][channel], irradiance and radiance.
   void lost_above(const Rest& rest, bool all_bands, double (&irradiance)[kBands][3], double (&radiance)[kBands][3]) const;
   [[nodiscard]] double left_above_two(const Rest& rest, const Light& light, const Shape& shape, const float (&inverse_whole)[3]) const;

@@ -16,23 +16,12 @@ BlockLayout::BlockLayout(const RigTable& table, int edge)
   for (const LensTable& lens : table.lenses) {
     const Lens l{lens.width, lens.height, (lens.width + edge - 1) / edge, (lens.height + edge - 1) / edge, total_};
     total_ += static_cast<std::size_t>(l.columns) * static_cast<std::size_t>(l.rows);
+    const auto number = static_cast<int>(lenses_.size());
+    for (int y = 0; y < l.height; y += edge)
+      for (int x = 0; x < l.width; x += edge)
+        places_.push_back({number, x, y, std::min(edge, l.width - x), std::min(edge, l.height - y)});
     lenses_.push_back(l);
   }
-}
-
-BlockLayout::Place BlockLayout::place(std::size_t block) const {
-  std::size_t lens = lenses_.size() - 1;
-  while (lenses_[lens].first > block) --lens;
-  const Lens& l = lenses_[lens];
-  const auto within = static_cast<int>(block - l.first);
-  const int x = within % l.columns * edge_, y = within / l.columns * edge_;
-  return {static_cast<int>(lens), x, y, std::min(edge_, l.width - x), std::min(edge_, l.height - y)};
-}
-
-std::size_t BlockLayout::block_of(int lens, int x, int y) const {
-  const Lens& l = lenses_[static_cast<std::size_t>(lens)];
-  return l.first + static_cast<std::size_t>(y >> shift_) * static_cast<std::size_t>(l.columns) +
-         static_cast<std::size_t>(x >> shift_);
 }
 
 CellGrid BlockLayout::make_grid(const RigTable& table) const {

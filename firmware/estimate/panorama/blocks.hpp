@@ -20,8 +20,11 @@ class BlockLayout {
   struct Place {
     int lens = 0, x = 0, y = 0, width = 0, height = 0;  ///< In pixels.
   };
-  [[nodiscard]] Place place(std::size_t block) const;
-  [[nodiscard]] std::size_t block_of(int lens, int x, int y) const;
+  [[nodiscard]] const Place& place(std::size_t block) const { return places_[block]; }
+  [[nodiscard]] std::size_t block_of(int lens, int x, int y) const {
+    const Lens& l = lenses_[static_cast<std::size_t>(lens)];
+    return l.first + static_cast<std::size_t>(y >> shift_) * static_cast<std::size_t>(l.columns) + static_cast<std::size_t>(x >> shift_);
+  }
   [[nodiscard]] std::size_t size() const { return total_; }
   [[nodiscard]] int edge() const { return edge_; }
   [[nodiscard]] int shift() const { return shift_; }  ///< edge() is 1 << shift().
@@ -38,6 +41,7 @@ class BlockLayout {
     std::size_t first;
   };
   std::vector<Lens> lenses_;
+  std::vector<Place> places_;
   int edge_, shift_;
   std::size_t total_ = 0;
 };

@@ -28,34 +28,42 @@ BrightPixels::BrightPixels(const RigTable& table, const BlockLayout& layout)
   }
   lens_first_.push_back(pixels);
   blocks_.reserve(most_blocks_);
+  rows_.reserve(most_blocks_);
   pool_.resize(most_blocks_ << 2 * layout.shift());
 }
 
 void BrightPixels::forget() {
   for (const std::uint32_t block : blocks_) slot_of_block_[block] = -1;
   blocks_.clear();
+  rows_.clear();
+}
+
+std::int32_t BrightPixels::new_slot(std::size_t block) {
+  const auto slot = static_cast<std::int32_t>(blocks_.size());
+  slot_of_block_[block] = slot;
+  blocks_.push_back(static_cast<std::uint32_t>(block));
+  rows_.push_back(0);
+  return slot;
 }
 
 void BrightPixels::read(RowReader& reader, std::size_t block) {
-  if (has(block) || blocks_.size() >= most_blocks_) return;
-  Light* out = &pool_[blocks_.size() << 2 * layout_.shift()];
-  slot_of_block_[block] = static_cast<std::int32_t>(blocks_.size());
-  blocks_.push_back(static_cast<std::uint32_t>(block));
-  const BlockLayout::Place p = layout_.place(block);
-  ReadingCounts ignored;  // The pass over all pixels has counted these already.
-  for (int y = 0; y < p.height; ++y, out += layout_.edge()) {
-    reader.read(p.lens, p.y + y, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
-    const float* solid_angle = &lens({p.lens, 0, 0}).solid_angle[index({p.lens, p.x, p.y + y})];
-    for (std::size_t i = 0; i < static_cast<std::size_t>(p.width); ++i)
-      out[i] = solid_angle[i] > 0 ? Light{row_.r[i], row_.g[i], row_.b[i], luminance_of(row_.r[i], row_.g[i], row_.b[i])}
-                                  : Light{};
-  }
+  const std::int32_t slot = take_slot(block);
+  if (slot < 0) return;
+  for (int row = 0; row < layout_.place(block).height; ++row)
+    if ((rows_[static_cast<std::size_t>(slot)] >> row & 1U) == 0) read_row(reader, slot, row);
 }
 
-const BrightPixels::Light* BrightPixels::light(RowReader& reader, Place p) {
-  const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-  if (!has(block)) read(reader, block);
-  return has(block) ? &light(p) : nullptr;
+void BrightPixels::read_row(RowReader& reader, std::int32_t slot, int row) {
+  const auto number = static_cast<std::size_t>(slot);
+  rows_[number] |= std::uint64_t{1} << row;
+  const BlockLayout::Place p = layout_.place(blocks_[number]);
+  Light* out = &pool_[(number << layout_.shift() | static_cast<std::size_t>(row)) << layout_.shift()];
+  ReadingCounts ignored;  // The pass over all pixels has counted these already.
+  reader.read(p.lens, p.y + row, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
+  const float* solid_angle = &lens({p.lens, 0, 0}).solid_angle[index({p.lens, p.x, p.y + row})];
+  for (std::size_t i = 0; i < static_cast<std::size_t>(p.width); ++i)
+    out[i] = solid_angle[i] > 0 ? Light{row_.r[i], row_.g[i], row_.b[i], luminance_of(row_.r[i], row_.g[i], row_.b[i])}
+                                : Light{};
 }
 
 bool BrightPixels::at_edge(Place p) const {

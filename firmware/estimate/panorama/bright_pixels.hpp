@@ -40,18 +40,21 @@ class BrightPixels {
 
   /// Before a new frame.
   void forget();
-  /// Nothing where it is read already, or where no room is left.
+  /// All of a block. Nothing where no room is left.
   void read(RowReader& reader, std::size_t block);
+  /// Whether any row of it was read.
   [[nodiscard]] bool has(std::size_t block) const { return slot_of_block_[block] >= 0; }
 
-  /// Of a pixel whose block has been read; those beside it in its row of the block follow.
-  [[nodiscard]] const Light& light(Place p) const {
-    const std::int32_t slot = slot_of_block_[layout_.block_of(p.lens, p.x, p.y)];
-    const int mask = layout_.edge() - 1, shift = layout_.shift();
-    return pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
+  /// Of a pixel that has been read; those beside it in its row of the block follow.
+  [[nodiscard]] const Light& light(Place p) const { return at(slot_of_block_[layout_.block_of(p.lens, p.x, p.y)], p); }
+  /// Of a pixel of `block`, whose row is read where it has not been; null where no room is left for that.
+  [[nodiscard]] const Light* light(RowReader& reader, std::size_t block, Place p) {
+    const std::int32_t slot = take_slot(block);
+    if (slot < 0) return nullptr;
+    const int row = p.y & (layout_.edge() - 1);
+    if ((rows_[static_cast<std::size_t>(slot)] >> row & 1U) == 0) read_row(reader, slot, row);
+    return &at(slot, p);
   }
-  /// Null where no room is left to read its block.
-  [[nodiscard]] const Light* light(RowReader& reader, Place place);
 
   [[nodiscard]] Id id(Place p) const { return lens_first_[static_cast<std::size_t>(p.lens)] + static_cast<Id>(index(p)); }
   [[nodiscard]] Vec3f direction(const Pixel& pixel) const {
@@ -70,6 +73,17 @@ class BrightPixels {
   void for_neighbours(Place p, Visit&& visit) const;
 
  private:
+  /// Where the block's pixels are in the pool; less than 0 where no room is left.
+  [[nodiscard]] std::int32_t take_slot(std::size_t block) {
+    const std::int32_t slot = slot_of_block_[block];
+    return slot >= 0 || blocks_.size() >= most_blocks_ ? slot : new_slot(block);
+  }
+  std::int32_t new_slot(std::size_t block);
+  void read_row(RowReader& reader, std::int32_t slot, int row);
+  [[nodiscard]] const Light& at(std::int32_t slot, Place p) const {
+    const int mask = layout_.edge() - 1, shift = layout_.shift();
+    return pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
+  }
   [[nodiscard]] const LensTable& lens(Place p) const { return table_.lenses[static_cast<std::size_t>(p.lens)]; }
   /// Within its lens.
   [[nodiscard]] std::size_t index(Place p) const {
@@ -83,7 +97,8 @@ class BrightPixels {
   float least_of_twins_;
   std::vector<Id> lens_first_;
   std::vector<std::int32_t> slot_of_block_;
-  std::vector<std::uint32_t> blocks_;  ///< That have been read, by slot.
+  std::vector<std::uint32_t> blocks_;  ///< That have been read in part, by slot.
+  std::vector<std::uint64_t> rows_;    ///< Which of their rows, a bit each.
   std::vector<Light> pool_;            ///< edge² entries a slot.
   LinearRow row_;
 };

@@ -43,6 +43,8 @@ constexpr std::size_t kMostHalfLitBlocks = 32;
 /// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side moves
 /// a centroid of n pixels by less than a pixel over sqrt(n).
 constexpr std::size_t kRimmedCore = 256;
+/// Every pixel of a core has at most 17 neighbours, which are others' too.
+constexpr std::size_t kMostRim = 17 * kRimmedCore;
 /// How much of a light that is one sample of colour may be wrong, one deviation: how much of the sample it covers is
 /// anything from nothing to all, which deviates by 0.29 of it, and three channels share that.
 constexpr double kEdgeDoubt = 0.2;
@@ -64,8 +66,8 @@ double at_the_edge(double samples) {
 
 }  // namespace
 
-LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
-    : layout_(layout), pixels_(table, layout) {
+LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums)
+    : layout_(layout), grid_(grid), sums_(sums), pixels_(table, layout) {
   claimed_.resize(pixels_.size());
   owner_.resize(layout.size());
   owned_.reserve(layout.size());
@@ -78,11 +80,12 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout)
   region_irradiance_.resize(kMostRegions + 1);
   parts_.reserve(kMostParts);
   region_of_light_.reserve(kMaxLights + 1);
-  // Every pixel of a core has eight neighbours, which are others' too.
-  rim_.reserve(4 * kRimmedCore);
+  rim_.reserve(kMostRim);
   compact_blocks_ = std::max(kFewBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
   plan_neighbours(table);
 }
+
+float LightFinder::skirt_of(float peak) const { return std::max(kSkirt * peak, kSkirtOverMean * mean_); }
 
 void LightFinder::plan_neighbours(const RigTable& table) {
   std::vector<std::uint32_t> found;
@@ -98,7 +101,8 @@ void LightFinder::plan_neighbours(const RigTable& table) {
         if (!rim && (lens.twin.empty() || lens.twin[i] < 0)) continue;
         pixels_.for_neighbours({p.lens, x, y}, [&](Place n, PixelId) {
           const auto other = static_cast<std::uint32_t>(layout_.block_of(n.lens, n.x, n.y));
-          if (other != block && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
+          // Those that no lens sees hold no light and tell nothing of what is beside one.
+          if (other != block && grid_.solid_angle(other) > 0 && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
         });
       }
     }
@@ -130,56 +134,78 @@ void LightFinder::claim(Place place, PixelId id, const PixelLight& light) {
   all_claimed_.push_back(id);
 }
 
-double LightFinder::flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, Vec3f axis,
-                         float cos_reach) {
+double LightFinder::flood(std::uint32_t block, float floor, Vec3f axis, float cos_reach) {
   ++flood_number_;
   flood_.assign(1, block);
   flood_mark_[block] = flood_number_;
-  double luminance = 0, sr = 0, beside = std::numeric_limits<double>::infinity();
+  double luminance = 0, sr = 0;
+  float beside = std::numeric_limits<float>::infinity();
   for (std::size_t next = 0; next < flood_.size(); ++next) {
     const std::uint32_t at = flood_[next];
-    luminance += std::max(0.0F, sums.sum[at].luminance());
-    sr += grid.solid_angle(at);
+    luminance += std::max(0.0F, sums_.sum[at].luminance());
+    sr += grid_.solid_angle(at);
     for (std::uint32_t i = beside_first_[at]; i < beside_first_[at + 1]; ++i) {
       const std::uint32_t other = beside_[i];
-      if (flood_mark_[other] == flood_number_) continue;
-      if (!(sums.peak[other] >= floor)) {
-        if (grid.solid_angle(other) > 0)
-          beside = std::min(beside, std::max(0.0, static_cast<double>(sums.sum[other].luminance()) / grid.solid_angle(other)));
+      if (!(sums_.peak[other] >= floor)) {
+        beside = std::min(beside, sums_.sum[other].luminance() / grid_.solid_angle(other));
         continue;
       }
+      if (flood_mark_[other] == flood_number_) continue;
       if (owner_[other] != 0) {
         if (parent_ == 0 || region_irradiance_[owner_[other]] > region_irradiance_[parent_]) parent_ = owner_[other];
         continue;
       }
-      if (dot(grid.direction(other), axis) < cos_reach || flood_.size() >= kMostFlood) continue;
+      if (dot(grid_.direction(other), axis) < cos_reach || flood_.size() >= kMostFlood) continue;
       flood_mark_[other] = flood_number_;
       flood_.push_back(other);
     }
   }
-  return std::isfinite(beside) ? std::max(0.0, luminance - beside * sr) : luminance;
+  return std::isfinite(beside) ? std::max(0.0, luminance - std::max(0.0, static_cast<double>(beside)) * sr) : luminance;
 }
 
-void LightFinder::grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach) {
+void LightFinder::touch(std::uint8_t region) {
+  if (region == number_ || region == kRim) return;
+  if (parent_ == 0 || region_irradiance_[region] > region_irradiance_[parent_]) parent_ = region;
+}
+
+const LightFinder::PixelLight* LightFinder::light_in_flood(RowReader& reader, Place p) {
+  const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
+  if (flood_mark_[block] != flood_number_ || all_claimed_.size() + 1 >= all_claimed_.capacity()) return nullptr;
+  return pixels_.light(reader, block, p);
+}
+
+void LightFinder::grow_core(RowReader& reader, float floor) {
+  rim_.clear();
   for (std::size_t next = 0; next < region_.size(); ++next) {
     pixels_.for_neighbours(region_[next].place, [&](Place p, PixelId id) {
-      if (const std::uint8_t other = claimed_[id]; other != 0) {
-        if (other != number_ && (parent_ == 0 || region_irradiance_[other] > region_irradiance_[parent_])) parent_ = other;
-        return;
-      }
-      // Beyond the blocks that the flood reached nothing is bright enough.
-      const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-      if (flood_mark_[block] != flood_number_ || all_claimed_.size() + 1 >= all_claimed_.capacity()) return;
-      const PixelLight* light = pixels_.light(reader, p);
-      if (light == nullptr || light->luminance < floor) return;
-      if (part == RegionPart::core && pixels_.at_edge(p)) return;
-      const BrightPixels::Pixel pixel{p, id, *light};
-      if (pixels_.solid_angle(pixel) > 0 && dot(pixels_.direction(pixel), axis) >= cos_reach) claim(p, id, *light);
+      if (claimed_[id] != 0) return touch(claimed_[id]);
+      const PixelLight* light = light_in_flood(reader, p);
+      if (light != nullptr && light->luminance >= floor && !pixels_.at_edge(p) && pixels_.solid_angle({p, id, *light}) > 0)
+        return claim(p, id, *light);
+      if (rim_.size() == kMostRim) return;
+      claimed_[id] = kRim;
+      rim_.push_back({p, id, {}});
     });
   }
+  for (const BrightPixels::Pixel& pixel : rim_) claimed_[pixel.id] = 0;
 }
 
-Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, float peak, float dark) {
+void LightFinder::grow_skirt(RowReader& reader, float floor, Vec3f axis) {
+  const std::size_t core = region_.size();
+  const auto consider = [&](Place p, PixelId id) {
+    if (claimed_[id] != 0) return touch(claimed_[id]);
+    const PixelLight* light = light_in_flood(reader, p);
+    if (light == nullptr || light->luminance < floor) return;
+    const BrightPixels::Pixel pixel{p, id, *light};
+    if (pixels_.solid_angle(pixel) > 0 && dot(pixels_.direction(pixel), axis) >= kCosReach) claim(p, id, *light);
+  };
+  // A rim that is whole is all that is beside the core.
+  for (const BrightPixels::Pixel& pixel : rim_) consider(pixel.place, pixel.id);
+  for (std::size_t next = rim_.size() < kMostRim ? core : 0; next < region_.size(); ++next)
+    pixels_.for_neighbours(region_[next].place, consider);
+}
+
+Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
   Vec3d toward;
   const auto add = [&](const BrightPixels::Pixel& pixel, float luminance) {
     toward += vec_cast<double>(pixels_.direction(pixel)) * (static_cast<double>(luminance) * pixels_.solid_angle(pixel));
@@ -188,54 +214,48 @@ Vec3d LightFinder::core_direction(RowReader& reader, const BlockSums& sums, floa
   if (region_.size() > kRimmedCore) return normalized(toward);
   // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share. Blocks that are
   // dark all over hold none of it and need not be read.
-  const auto is_dark = [&](Place p) {
-    const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-    return !pixels_.has(block) && sums.peak[block] < dark;
-  };
-  rim_.clear();
-  for (const BrightPixels::Pixel& pixel : region_)
-    pixels_.for_neighbours(pixel.place, [&](Place p, PixelId id) {
-      if (claimed_[id] != 0 || rim_.size() == rim_.capacity() || is_dark(p)) return;
-      const PixelLight* light = pixels_.light(reader, p);
-      if (light == nullptr) return;
-      claimed_[id] = kRim;
-      rim_.push_back({p, id, *light});
-    });
+  const auto is_dark = [&](std::size_t block) { return !pixels_.has(block) && sums_.peak[block] < dark; };
+  for (BrightPixels::Pixel& pixel : rim_) {
+    const std::size_t block = layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y);
+    const PixelLight* light = is_dark(block) ? nullptr : pixels_.light(reader, block, pixel.place);
+    if (light != nullptr) pixel.light = *light;
+  }
   for (const BrightPixels::Pixel& pixel : rim_) {
     float beside = pixel.light.luminance;
+    if (!(beside > 0)) continue;
     pixels_.for_neighbours(pixel.place, [&](Place p, PixelId id) {
-      if (is_dark(p)) {
-        beside = std::min(beside, sums.peak[layout_.block_of(p.lens, p.x, p.y)]);
+      const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
+      if (is_dark(block)) {
+        beside = std::min(beside, sums_.peak[block]);
         return;
       }
-      const PixelLight* light = pixels_.light(reader, p);
+      const PixelLight* light = pixels_.light(reader, block, p);
       if (light != nullptr && pixels_.solid_angle({p, id, *light}) > 0) beside = std::min(beside, light->luminance);
     });
     if (beside < 0.1F * peak) add(pixel, pixel.light.luminance - beside);
   }
-  for (const BrightPixels::Pixel& pixel : rim_) claimed_[pixel.id] = 0;
   return normalized(toward);
 }
 
-bool LightFinder::is_compact(const BlockSums& sums, const CellGrid& grid, float peak) const {
+bool LightFinder::is_compact(float peak) const {
   if (flood_.size() <= compact_blocks_) return true;
   if (flood_.size() > pixels_.most_blocks()) return false;
   double sr = 0, luminance = 0;
   for (const std::uint32_t block : flood_) {
-    sr += grid.solid_angle(block);
-    luminance += std::max(0.0F, sums.sum[block].luminance());
+    sr += grid_.solid_angle(block);
+    luminance += std::max(0.0F, sums_.sum[block].luminance());
   }
   const double most_sr = static_cast<double>(kCompactPixels) * pixels_.mean_solid_angle();
   return sr <= most_sr || (flood_.size() <= kMostHalfLitBlocks && luminance <= most_sr * peak);
 }
 
-double LightFinder::wrong_at_edge(const RowReader& reader, const BlockSums& sums, const Gathered& light) const {
+double LightFinder::wrong_at_edge(const RowReader& reader, const Gathered& light) const {
   const auto luminance = [](const double (&c)[3]) { return luminance_of(c[0], c[1], c[2]); };
   const double own = luminance(light.irradiance);
   if (!reader.has_luma()) return kMosaicDoubt * own;
   // Luma is each pixel's own: only what differs in colour from the light around comes out wrong.
   double all[3] = {};
-  for (const CellSum& s : sums.sum) all[0] += s.r, all[1] += s.g, all[2] += s.b;
+  for (const CellSum& s : sums_.sum) all[0] += s.r, all[1] += s.g, all[2] += s.b;
   const double around = luminance(all);
   double wrong = 0;
   for (std::size_t k = 0; k < 3; ++k)
@@ -279,14 +299,14 @@ void LightFinder::gather_pixels(Vec3d axis, Gathered& out) {
   }
 }
 
-void LightFinder::gather_blocks(const BlockSums& sums, const CellGrid& grid, float floor, Vec3d axis, Gathered& out) {
+void LightFinder::gather_blocks(float floor, Vec3d axis, Gathered& out) {
   for (const std::uint32_t block : flood_) {
-    const CellSum& s = sums.sum[block];
+    const CellSum& s = sums_.sum[block];
     // What has pixels in the region already, or is not bright all over, stays with the harmonics.
-    if (pixels_.has(block) || !(s.luminance() >= floor * grid.solid_angle(block))) continue;
+    if (pixels_.has(block) || !(s.luminance() >= floor * grid_.solid_angle(block))) continue;
     owner_[block] = number_;
     owned_.push_back(block);
-    const Vec3d d = vec_cast<double>(grid.direction(block));
+    const Vec3d d = vec_cast<double>(grid_.direction(block));
     const double c = dot(d, axis), luminance = s.luminance();
     out.toward += d * luminance;
     note(block, s);
@@ -298,9 +318,9 @@ void LightFinder::gather_blocks(const BlockSums& sums, const CellGrid& grid, flo
   }
 }
 
-Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const CellGrid& grid, std::uint32_t block,
-                                Place peak_at, float peak, float skirt, bool compact) {
+Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact) {
   Light out;
+  const float skirt = skirt_of(peak);
   region_.clear();
   Gathered all;
   Vec3d axis;
@@ -309,9 +329,9 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
   if (compact) {
     claim(peak_at, pixels_.id(peak_at), pixels_.light(peak_at));
     // The flood of the core: what it does not reach cannot be half as bright as the peak.
-    grow(reader, RegionPart::core, 0.5F * peak, {}, kAnywhere);
+    grow_core(reader, 0.5F * peak);
     core = region_.size();
-    axis = core_direction(reader, sums, peak, skirt);
+    axis = core_direction(reader, peak, skirt);
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
     for (std::size_t k = 0; k < core; ++k) core_sr += pixels_.solid_angle(region_[k]);
@@ -322,33 +342,33 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
     if (shared > 1 && !reader.has_luma()) variance *= kMosaicMiddle * kMosaicMiddle;
     const Vec3f middle = vec_cast<float>(axis);
-    (void)flood(sums, grid, block, skirt, middle, kCosReachOfBlocks);
-    if (is_compact(sums, grid, peak)) {
-      grow(reader, RegionPart::skirt, skirt, middle, kCosReach);
+    (void)flood(block, skirt, middle, kCosReachOfBlocks);
+    if (is_compact(peak)) {
+      grow_skirt(reader, skirt, middle);
     } else {
       // Pixel by pixel where the core's blocks are, by whole blocks beyond.
-      (void)flood(sums, grid, block, 0.5F * peak, {}, kAnywhere);
-      grow(reader, RegionPart::skirt, skirt, middle, kCosReach);
-      (void)flood(sums, grid, block, skirt, middle, kCosReach);
-      gather_blocks(sums, grid, skirt, axis, all);
+      (void)flood(block, 0.5F * peak, {}, kAnywhere);
+      grow_skirt(reader, skirt, middle);
+      (void)flood(block, skirt, middle, kCosReach);
+      gather_blocks(skirt, axis, all);
     }
   } else {
     // A first axis from the blocks, then their sums about it.
     Gathered first;
     const std::size_t owned = owned_.size();
-    gather_blocks(sums, grid, 0.5F * peak, vec_cast<double>(grid.direction(block)), first);
+    gather_blocks(0.5F * peak, vec_cast<double>(grid_.direction(block)), first);
     axis = normalized(first.toward);
     if (axis == Vec3d{}) return out;
     for (std::size_t k = owned; k < owned_.size(); ++k) owner_[owned_[k]] = 0;
     owned_.resize(owned);
     while (!parts_.empty() && parts_.back().region == number_) parts_.pop_back();
-    gather_blocks(sums, grid, 0.5F * peak, axis, all);
+    gather_blocks(0.5F * peak, axis, all);
     // Blocks tell where light is to a tenth of their side.
-    variance = grid.solid_angle(block) * 0.01;
+    variance = grid_.solid_angle(block) * 0.01;
   }
   gather_pixels(axis, all);
   if (const int shared = reader.pixels_per_color(); compact && shared > 1)
-    doubt2_ += std::pow(kEdgeDoubt * at_the_edge(static_cast<double>(core) / shared) * wrong_at_edge(reader, sums, all), 2);
+    doubt2_ += std::pow(kEdgeDoubt * at_the_edge(static_cast<double>(core) / shared) * wrong_at_edge(reader, all), 2);
   out.direction = vec_cast<float>(axis);
   out.irradiance = {static_cast<float>(all.irradiance[0]), static_cast<float>(all.irradiance[1]),
                     static_cast<float>(all.irradiance[2])};
@@ -357,53 +377,24 @@ Light LightFinder::region_light(RowReader& reader, const BlockSums& sums, const 
   return out;
 }
 
-int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& grid, float mean_luminance,
-                       const EstimatorConfig& config, std::vector<Light>& lights) {
-  for (const PixelId id : all_claimed_) claimed_[id] = 0;
-  all_claimed_.clear();
-  for (const std::uint32_t block : owned_) owner_[block] = 0;
-  owned_.clear();
-  pixels_.forget();
-  ++frame_number_;
-  candidates_.clear();
-  parts_.clear();
-  region_of_light_.clear();
-  lights.clear();
-  doubt2_ = 0;
-  if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return -1;
-
-  const auto floor = static_cast<float>(config.light_threshold) * mean_luminance;
-  for (std::size_t block = 0; block < sums.peak.size(); ++block)
-    if (sums.peak[block] >= floor) candidates_.push_back({sums.peak[block], static_cast<std::uint32_t>(block)});
-  std::make_heap(candidates_.begin(), candidates_.end());
-
-  const double least_share = config.radiance_epsilon > 0 ? kFaintest : std::max(kFaintest, kFaintestOfEpsilon * config.epsilon);
-  const double faintest = least_share * mean_luminance * grid.covered_sr();
-  const auto most = static_cast<std::size_t>(config.max_lights);
-  const auto stronger = [](const Light& a, const Light& b) { return a.irradiance.luminance() > b.irradiance.luminance(); };
-  Light brightest;
-  bool first_region = true;
-  for (int regions = 0; regions < kMostRegions && !candidates_.empty();) {
+std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
+  while (number_ < kMostRegions && !candidates_.empty()) {
     std::pop_heap(candidates_.begin(), candidates_.end());
     const Candidate c = candidates_.back();
     candidates_.pop_back();
     if (owner_[c.block] != 0 || passed_over_[c.block] == frame_number_) continue;
 
     parent_ = 0;
-    const float skirt = std::max(kSkirt * c.peak, kSkirtOverMean * mean_luminance);
-    // What the blocks that it may reach hold over their surroundings: where even that is too faint, or fainter than all
-    // that have found room, no pixel need be looked at.
-    if (!first_region) {
-      const double about = flood(sums, grid, c.block, skirt, grid.direction(c.block), kCosAcross);
-      if (about < faintest || (lights.size() >= most && about < kDisplaces * lights.back().irradiance.luminance())) {
-        // Nor need its other blocks be tried: what they reach is no more, but for what is dimmer than this one's skirt.
-        for (const std::uint32_t block : flood_) passed_over_[block] = frame_number_;
-        continue;
-      }
+    // What the blocks that it may reach hold over their surroundings: where even that is too little, no pixel need be
+    // looked at.
+    if (least > 0 && flood(c.block, skirt_of(c.peak), grid_.direction(c.block), kCosAcross) < least) {
+      // Nor need its other blocks be tried: what they reach is no more, but for what is dimmer than this one's skirt.
+      for (const std::uint32_t block : flood_) passed_over_[block] = frame_number_;
+      continue;
     }
 
-    (void)flood(sums, grid, c.block, 0.5F * c.peak, {}, kAnywhere);
-    bool compact = is_compact(sums, grid, c.peak);
+    (void)flood(c.block, 0.5F * c.peak, {}, kAnywhere);
+    bool compact = is_compact(c.peak);
     Place peak_at{};
     float peak = c.peak;
     if (compact) {
@@ -414,50 +405,89 @@ int LightFinder::find(RowReader& reader, const BlockSums& sums, const CellGrid& 
       // The block's peak is a bound, and what is left of the block may be darker than when it was queued: then it waits
       // its turn again.
       peak_at = peak_pixel(c.block, peak);
-      if (peak < floor) continue;
+      if (peak < floor_) continue;
       if (!candidates_.empty() && peak < candidates_.front().peak && peak < c.peak) {
         candidates_.push_back({peak, c.block});
         std::push_heap(candidates_.begin(), candidates_.end());
         continue;
       }
       if (peak < c.peak) {
-        (void)flood(sums, grid, c.block, 0.5F * peak, {}, kAnywhere);
-        compact = is_compact(sums, grid, peak);
+        (void)flood(c.block, 0.5F * peak, {}, kAnywhere);
+        compact = is_compact(peak);
       }
     }
-    number_ = static_cast<std::uint8_t>(++regions);
-    region_irradiance_[number_] = 0;
-    const Light light = region_light(reader, sums, grid, c.block, peak_at, peak,
-                                     std::max(kSkirt * peak, kSkirtOverMean * mean_luminance), compact);
-    const float luminance = light.irradiance.luminance();
-    region_irradiance_[number_] = luminance;
-    if (!(luminance > 0)) continue;
-    if (first_region) {
-      // The brightest region is a light however little it gives: people look for it.
-      brightest = light;
-      first_region = false;
-    } else if (luminance < faintest || (parent_ != 0 && luminance < kGlow * region_irradiance_[parent_])) {
-      continue;
-    }
-    if (light.angular_radius_rad > kWidest) continue;
-    if (lights.size() >= most) {
-      if (!stronger(light, lights.back())) continue;
+    ++number_;
+    const Light light = region_light(reader, c.block, peak_at, peak, compact);
+    region_irradiance_[number_] = light.irradiance.luminance();
+    if (region_irradiance_[number_] > 0) return light;
+  }
+  return std::nullopt;
+}
+
+std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_luminance, const EstimatorConfig& config) {
+  for (const PixelId id : all_claimed_) claimed_[id] = 0;
+  all_claimed_.clear();
+  for (const std::uint32_t block : owned_) owner_[block] = 0;
+  owned_.clear();
+  pixels_.forget();
+  ++frame_number_;
+  candidates_.clear();
+  parts_.clear();
+  doubt2_ = 0;
+  number_ = 0;
+  brightest_.reset();
+  if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return std::nullopt;
+
+  mean_ = mean_luminance;
+  floor_ = static_cast<float>(config.light_threshold) * mean_luminance;
+  const double least_share = config.radiance_epsilon > 0 ? kFaintest : std::max(kFaintest, kFaintestOfEpsilon * config.epsilon);
+  faintest_ = least_share * mean_luminance * grid_.covered_sr();
+  // Written in any case, kept where it counts: which blocks these are no processor foresees.
+  candidates_.resize(sums_.peak.size() + 1);
+  std::size_t count = 0;
+  for (std::size_t block = 0; block < sums_.peak.size(); ++block) {
+    candidates_[count] = {sums_.peak[block], static_cast<std::uint32_t>(block)};
+    count += sums_.peak[block] >= floor_ ? 1 : 0;
+  }
+  candidates_.resize(count);
+  std::make_heap(candidates_.begin(), candidates_.end());
+  // It is a light however little it gives: people look for it.
+  brightest_ = next_region(reader, 0);
+  brightest_number_ = number_;
+  if (brightest_ && brightest_->angular_radius_rad > kWidest) brightest_.reset();
+  return brightest_;
+}
+
+int LightFinder::find_more(RowReader& reader, int most, std::vector<Light>& lights) {
+  lights.clear();
+  region_of_light_.clear();
+  const auto stronger = [](const Light& a, const Light& b) { return a.irradiance.luminance() > b.irradiance.luminance(); };
+  const auto add = [&](const Light& light, std::uint8_t number) {
+    const auto at = std::upper_bound(lights.begin(), lights.end(), light, stronger);
+    region_of_light_.insert(region_of_light_.begin() + (at - lights.begin()), number);
+    lights.insert(at, light);
+  };
+  // Beside the brightest.
+  const auto room = static_cast<std::size_t>(std::max(most, 0)) - (brightest_ && most > 0 ? 1 : 0);
+  const auto enough = [&] {
+    return lights.size() < room ? faintest_ : std::max(faintest_, kDisplaces * lights.back().irradiance.luminance());
+  };
+  while (room > 0) {
+    const std::optional<Light> light = next_region(reader, enough());
+    if (!light) break;
+    const float luminance = light->irradiance.luminance();
+    if (luminance < faintest_ || (parent_ != 0 && luminance < kGlow * region_irradiance_[parent_])) continue;
+    if (light->angular_radius_rad > kWidest) continue;
+    if (lights.size() == room) {
+      if (!stronger(*light, lights.back())) continue;
       lights.pop_back();
       region_of_light_.pop_back();
     }
-    const auto at = std::upper_bound(lights.begin(), lights.end(), light, stronger);
-    region_of_light_.insert(region_of_light_.begin() + (at - lights.begin()), number_);
-    lights.insert(at, light);
+    add(*light, number_);
   }
-  if (first_region || brightest.angular_radius_rad > kWidest) return -1;
-  auto at = std::find(lights.begin(), lights.end(), brightest);
-  if (at == lights.end()) {
-    // Weaker than all that found room.
-    lights.back() = brightest;
-    region_of_light_.back() = 1;
-    at = lights.end() - 1;
-  }
-  return static_cast<int>(at - lights.begin());
+  if (!brightest_ || most <= 0) return -1;
+  add(*brightest_, brightest_number_);
+  return static_cast<int>(std::find(region_of_light_.begin(), region_of_light_.end(), brightest_number_) - region_of_light_.begin());
 }
 
 }  // namespace lightwell::estimate

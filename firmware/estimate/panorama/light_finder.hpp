@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <lightwell/config.hpp>
 #include <lightwell/descriptor.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,19 +28,22 @@ namespace lightwell::estimate {
 
 class LightFinder {
  public:
-  LightFinder(const RigTable& table, const BlockLayout& layout);
+  /// All stay the caller's; `sums` are those of each frame in turn.
+  LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums);
 
-  /// Fills `lights`: strongest first, at most config.max_lights, no tracks yet. Only bright blocks are read again.
-  /// `mean_luminance` is that of what the rig sees. Returns which of them is the region with the brightest pixel, or -1
-  /// where that is too wide to be a light.
-  int find(RowReader& reader, const BlockSums& sums, const CellGrid& grid, float mean_luminance,
-            const EstimatorConfig& config, std::vector<Light>& lights);
+  /// Begins a frame, whose sums are there: the region with the brightest pixel alone. Only bright blocks are read again.
+  /// `mean_luminance` is that of what the rig sees. Nothing where there is no light, or where it is too wide to be one.
+  [[nodiscard]] std::optional<Light> find_brightest(RowReader& reader, float mean_luminance, const EstimatorConfig& config);
 
-  /// After find(): how much of the lights' irradiance, summed as luminance, may be wrong where pixels share their colour:
+  /// Once after find_brightest(): fills `lights`, strongest first, at most `most` of them, the brightest always among them,
+  /// no tracks yet. Returns which it is, or -1 where there is none.
+  int find_more(RowReader& reader, int most, std::vector<Light>& lights);
+
+  /// How much of the irradiance of the lights so far, summed as luminance, may be wrong where pixels share their colour:
   /// those at the edge of a light have that of what is beside it.
   [[nodiscard]] double doubt() const { return std::sqrt(doubt2_); }
 
-  /// After find(): takes the light of lights[k], as find() left them, out of the blocks that it came from.
+  /// After find_more(): takes the light of lights[k], as it left them, out of the blocks that it came from.
   void take_out(std::size_t k, std::span<CellSum> sums) const;
 
  private:
@@ -56,7 +60,6 @@ class LightFinder {
     std::uint32_t block;
     friend bool operator<(const Candidate& a, const Candidate& b) { return a.peak < b.peak; }
   };
-  enum class RegionPart { core, skirt };
   /// Sums over a region as they grow.
   struct Gathered {
     Vec3d toward;
@@ -70,24 +73,38 @@ class LightFinder {
   /// Fills flood_ with the blocks connected to `block` (itself first) whose peak is at least `floor` and whose
   /// middle is within `cos_reach` of `axis`; stops at kMostFlood. Returns their luminance together, over that of the darkest
   /// block around them.
-  double flood(const BlockSums& sums, const CellGrid& grid, std::uint32_t block, float floor, Vec3f axis, float cos_reach);
+  double flood(std::uint32_t block, float floor, Vec3f axis, float cos_reach);
   void claim(Place place, PixelId id, const PixelLight& light);
-  /// Adds to the region all that is connected to it, at least `floor` bright and within `cos_reach` of `axis`.
-  void grow(RowReader& reader, RegionPart part, float floor, Vec3f axis, float cos_reach);
-  /// Centroid of the region as it is a core alone; zero where it is dark. Blocks without a pixel of `dark` are not read.
-  [[nodiscard]] Vec3d core_direction(RowReader& reader, const BlockSums& sums, float peak, float dark);
+  /// The region that grows touches another.
+  void touch(std::uint8_t region);
+  /// Null beyond the blocks that the flood reached, where nothing is bright enough, and where there is no more room.
+  [[nodiscard]] const PixelLight* light_in_flood(RowReader& reader, Place p);
+  /// Adds to the region all that is connected to it and at least `floor` bright. What is beside it is then the rim, unless
+  /// that is more than kMostRim.
+  void grow_core(RowReader& reader, float floor);
+  /// After grow_core(): the same within kCosReach of `axis`.
+  void grow_skirt(RowReader& reader, float floor, Vec3f axis);
+  /// Centroid of the region while it is a core alone, and of what its rim holds of the light; zero where it is dark. Blocks
+  /// without a pixel of `dark` are not read.
+  [[nodiscard]] Vec3d core_direction(RowReader& reader, float peak, float dark);
   /// Whether flood_ is few enough pixels, or small enough, to be walked pixel by pixel.
-  [[nodiscard]] bool is_compact(const BlockSums& sums, const CellGrid& grid, float peak) const;
+  [[nodiscard]] bool is_compact(float peak) const;
   /// Whole blocks of flood_ that are bright all over, about `axis`.
-  void gather_blocks(const BlockSums& sums, const CellGrid& grid, float floor, Vec3d axis, Gathered& out);
+  void gather_blocks(float floor, Vec3d axis, Gathered& out);
   void gather_pixels(Vec3d axis, Gathered& out);
   /// Irradiance of a light of one sample of colour that may be another's.
-  [[nodiscard]] double wrong_at_edge(const RowReader& reader, const BlockSums& sums, const Gathered& light) const;
+  [[nodiscard]] double wrong_at_edge(const RowReader& reader, const Gathered& light) const;
   void note(std::uint32_t block, const CellSum& light);
-  [[nodiscard]] Light region_light(RowReader& reader, const BlockSums& sums, const CellGrid& grid, std::uint32_t block,
-                                   Place peak_at, float peak, float skirt, bool compact);
+  [[nodiscard]] Light region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact);
+  /// The brightest that is left and gives anything. Those whose blocks cannot hold `least` (irradiance, as luminance) are
+  /// passed over.
+  [[nodiscard]] std::optional<Light> next_region(RowReader& reader, double least);
+  /// Down to which luminance a light with this peak is gathered.
+  [[nodiscard]] float skirt_of(float peak) const;
 
   const BlockLayout& layout_;
+  const CellGrid& grid_;
+  const BlockSums& sums_;
   BrightPixels pixels_;
   /// Blocks beside each block, across seams, poles and lenses: first_[b] to first_[b + 1] of beside_.
   std::vector<std::uint32_t> beside_first_, beside_;
@@ -101,6 +118,10 @@ class LightFinder {
   std::vector<std::uint8_t> region_of_light_;
   std::vector<BrightPixels::Pixel> region_, rim_;
   std::vector<PixelId> all_claimed_;
+  std::optional<Light> brightest_;
+  std::uint8_t brightest_number_ = 0;  ///< Its region.
+  float mean_ = 0, floor_ = 0;         ///< Luminance: mean of the frame, and least peak of a light.
+  double faintest_ = 0;                ///< Least irradiance of a light, as luminance.
   double doubt2_ = 0;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> flood_, flood_mark_;

@@ -106,6 +106,14 @@ class PanoramaEstimator final : public Estimator {
   void set_recovery(const Recovery& recovery) override { recovery_ = recovery; }
 
  private:
+  /// Relative to the RMS irradiance, in units of the sums times `factor`. All zero in the dark.
+  struct RelativeErrors {
+    double rms = 0;  ///< Of the irradiance; what the others are relative to.
+    double spread = 0, hidden = 0, sampling = 0;  ///< Noise of one deviation, what hides near black, the bound's part.
+  };
+  [[nodiscard]] RelativeErrors relative_errors(double factor) const;
+  [[nodiscard]] ChoiceLimits limits(const RelativeErrors& errors) const;
+  [[nodiscard]] int lights_worth_finding();
   void plan_maps();
   void make_map(Descriptor& out);
   [[nodiscard]] Flicker watch_flicker(std::span<const Frame> bracket);
@@ -134,8 +142,7 @@ class PanoramaEstimator final : public Estimator {
   std::uint32_t probe_id_, calibration_id_;
   Seen seen_;
   Chosen chosen_;
-  /// Relative to the RMS irradiance: noise of one deviation, what hides near black, the bound's sampling part.
-  double rms_ = 0, spread_ = 0, hidden_ = 0, sampling_ = 0;
+  RelativeErrors errors_;
   std::optional<GreyPatchReader> patch_;
   Vec3f patch_normal_;
   std::vector<std::uint32_t> clipped_tracks_;
@@ -147,6 +154,7 @@ class PanoramaEstimator final : public Estimator {
 Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
   stage_->look(reader_, bracket, config_, seen_);
+  stage_->find_lights(reader_, lights_worth_finding(), seen_);
 
   // Scaled before anything else is derived, so that lights, rest and bound speak of the same units.
   const auto factor = static_cast<float>(scale_.factor);
@@ -172,9 +180,7 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
     smoothed = smoother_.apply(seen_.projection, seen_.lights, out.time.mid_exposure, noise_rms);
 
   find_errors(out);
-  const ChoiceLimits limits{config_.band,    config_.max_lights,       config_.epsilon,
-                            config_.radiance_epsilon, std::hypot(spread_, kExpectedSampling * sampling_)};
-  chooser_.choose(seen_.projection, seen_.lights, seen_.lamp, limits, out.lights, chosen_);
+  chooser_.choose(seen_.projection, seen_.lights, seen_.lamp, limits(errors_), out.lights, chosen_);
   out.radiance = chosen_.rest;
   out.radiance_step = chosen_.step;
   make_map(out);
@@ -187,6 +193,11 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   recover_clipped(out);
   judge(smoothed, out);
   return {};
+}
+
+int PanoramaEstimator::lights_worth_finding() {
+  return chooser_.worth_finding(seen_.projection, seen_.lights.empty() ? nullptr : &seen_.lights.front(),
+                                limits(relative_errors(1)));
 }
 
 void PanoramaEstimator::plan_maps() {
@@ -244,20 +255,28 @@ void PanoramaEstimator::find_errors(Descriptor& out) {
   const auto& mean = seen_.projection.c[0];
   const double luminance = std::sqrt(kSphere) * luminance_of(mean[0], mean[1], mean[2]);
   if (sums.moved_light * scale_.factor > kMovedShare * luminance) out.flags.set(Flag::moved);
+  errors_ = relative_errors(scale_.factor);
+  if (!(errors_.rms > 0) || errors_.hidden + 3 * errors_.spread >= 1) out.flags.set(Flag::dark);
+}
+
+PanoramaEstimator::RelativeErrors PanoramaEstimator::relative_errors(double factor) const {
+  const BlockSums& sums = stage_->sums();
   const IrradianceRms whole = irradiance_rms(seen_.projection);
-  rms_ = std::min(whole.plain, whole.weighted);
-  if (!(rms_ > 0)) {
-    out.flags.set(Flag::dark);
-    spread_ = hidden_ = sampling_ = 0;
-    return;
-  }
-  spread_ = std::sqrt(sums.noise / 6) * scale_.factor / rms_;
+  RelativeErrors out;
+  out.rms = std::min(whole.plain, whole.weighted);
+  if (!(out.rms > 0)) return out;
+  out.spread = std::sqrt(sums.noise / 6) * factor / out.rms;
   // A radiance that is hidden everywhere alike is a quarter of its integral in irradiance.
-  hidden_ = sums.bias / 4 * scale_.factor / rms_;
-  if (hidden_ + 3 * spread_ >= 1) out.flags.set(Flag::dark);
-  sampling_ = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
-              (stage_->grid().fitted() ? 0 : stage_->grid().unevenness()) +
-              (seen_.uneven + seen_.doubt) * scale_.factor / std::sqrt(6.0) / rms_;
+  out.hidden = sums.bias / 4 * factor / out.rms;
+  out.sampling = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
+                 (stage_->grid().fitted() ? 0 : stage_->grid().unevenness()) +
+                 (seen_.uneven + seen_.doubt) * factor / std::sqrt(6.0) / out.rms;
+  return out;
+}
+
+ChoiceLimits PanoramaEstimator::limits(const RelativeErrors& errors) const {
+  return {config_.band, config_.max_lights, config_.epsilon, config_.radiance_epsilon,
+          std::hypot(errors.spread, kExpectedSampling * errors.sampling)};
 }
 
 void PanoramaEstimator::find_clipped() {
@@ -283,7 +302,7 @@ void PanoramaEstimator::recover_clipped(Descriptor& out) {
   }
   const Recovered recovered = apply(recovery_, clipped_, out);
   // A light reaches the irradiance through the mean square of a clipped cosine.
-  unsure_ = rms_ > 0 ? recovered.uncertainty / std::sqrt(6.0) / rms_ : 0;
+  unsure_ = errors_.rms > 0 ? recovered.uncertainty / std::sqrt(6.0) / errors_.rms : 0;
   if (recovered.all) out.flags.set(Flag::recovered);
 }
 
@@ -294,12 +313,12 @@ void PanoramaEstimator::judge(const IrradianceRms& smoothed, Descriptor& out) co
     out.bound.total = static_cast<float>(kInfinite);
     return;
   }
-  const double noise = 3 * spread_ + hidden_;
+  const double noise = 3 * errors_.spread + errors_.hidden;
   const double truncation = relative(chosen_.truncation, chosen_.whole);
-  const double sampling = sampling_ + relative(misplaced(out.lights), chosen_.whole) + unsure_;
-  const double quantization = wire_error(out, rms_);
+  const double sampling = errors_.sampling + relative(misplaced(out.lights), chosen_.whole) + unsure_;
+  const double quantization = wire_error(out, errors_.rms);
   // Smoothing takes noise out; of what it left out no more than the noise can be light.
-  const double smoothing = std::max(0.0, relative(smoothed, chosen_.whole) - 3 * spread_);
+  const double smoothing = std::max(0.0, relative(smoothed, chosen_.whole) - 3 * errors_.spread);
   out.bound.truncation = static_cast<float>(truncation);
   out.bound.sampling = static_cast<float>(sampling);
   out.bound.noise = static_cast<float>(noise);

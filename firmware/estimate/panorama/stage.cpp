@@ -25,9 +25,12 @@ Stage::Stage(const RigParameters& rig, const RigTable& table, int edge)
       brackets_(rig, table, layout_, pass_),
       sums_(layout_),
       unseen_(rig, table, layout_, grid_),
-      finder_(table, layout_),
+      finder_(table, layout_, grid_, sums_),
       pixel_rad_(pixel_side(table)) {
   moved_.reserve(kMostMoved);
+  light_moved_.resize(layout_.size());
+  corners_.resize(kMostMoved);
+  uneven_.resize(kMostMoved + 1);
 }
 
 void Stage::look(RowReader& reader, std::span<const Frame> bracket, const EstimatorConfig& config, Seen& out) {
@@ -59,9 +62,13 @@ void Stage::look(RowReader& reader, std::span<const Frame> bracket, const Estima
     }
   }
   const auto mean = static_cast<float>(luminance / std::max(out.seen_sr, 1e-12));
-  const int brightest = finder_.find(reader, sums_, grid_, mean, config, out.lights);
+  out.lights.clear();
+  out.lamp = -1;
+  if (const std::optional<Light> brightest = finder_.find_brightest(reader, mean, config)) {
+    out.lights.push_back(*brightest);
+    if (peak > kStrong * mean) out.lamp = 0;
+  }
   out.doubt = finder_.doubt();
-  out.lamp = peak > kStrong * mean ? brightest : -1;
   move_uneven(luminance, out);
   out.filled = unseen_.fill(config.unseen, present, bracket.front().info.mid_exposure, sums_.sum);
   grid_.project(sums_.sum, moved_, out.projection);
@@ -69,6 +76,12 @@ void Stage::look(RowReader& reader, std::span<const Frame> bracket, const Estima
   unseen_.cells().project(unseen_.sums(), {}, unseen_projection_);
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.projection.c[i][k] += unseen_projection_.c[i][k];
+}
+
+void Stage::find_lights(RowReader& reader, int most, Seen& out) {
+  const int brightest = finder_.find_more(reader, most, out.lights);
+  if (out.lamp >= 0) out.lamp = brightest;
+  out.doubt = finder_.doubt();
 }
 
 std::vector<Vec3f> Stage::cell_directions() const {
@@ -107,21 +120,22 @@ void Stage::row_profile(int lens, std::vector<float>& out) const {
   }
 }
 
-Vec3d Stage::direction_at(const BlockLayout::Place& p, std::size_t block) const {
+Stage::Corner Stage::corner_of(std::size_t block) const {
+  const BlockLayout::Place p = layout_.place(block);
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
   const BlockPass::Middle middle = pass_.middle(block);
   const float x = std::clamp(middle.x + sums_.offset_x[block], 0.0F, static_cast<float>(p.width - 1));
   const float y = std::clamp(middle.y + sums_.offset_y[block], 0.0F, static_cast<float>(p.height - 1));
   const int x0 = std::min(static_cast<int>(x), std::max(p.width - 2, 0)), y0 = std::min(static_cast<int>(y), std::max(p.height - 2, 0));
-  Vec3d sum;
-  for (int j = y0; j < std::min(y0 + 2, p.height); ++j) {
-    for (int i = x0; i < std::min(x0 + 2, p.width); ++i) {
-      const double share = (1 - std::abs(x - static_cast<float>(i))) * (1 - std::abs(y - static_cast<float>(j)));
-      sum += vec_cast<double>(lens.direction[static_cast<std::size_t>(p.y + j) * static_cast<std::size_t>(lens.width) +
-                                             static_cast<std::size_t>(p.x + i)]) * share;
-    }
-  }
-  return normalized(sum);
+  const Vec3f* at = &lens.direction[static_cast<std::size_t>(p.y + y0) * static_cast<std::size_t>(lens.width) +
+                                    static_cast<std::size_t>(p.x + x0)];
+  return {at, p.width > 1 ? 1 : 0, p.height > 1 ? lens.width : 0, x - static_cast<float>(x0), y - static_cast<float>(y0)};
+}
+
+Vec3d Stage::direction_at(const Corner& c) {
+  const auto between = [](Vec3f a, Vec3f b, float share) { return a * (1 - share) + b * share; };
+  const Vec3f upper = between(c.at[0], c.at[c.right], c.x), lower = between(c.at[c.down], c.at[c.down + c.right], c.x);
+  return normalized(vec_cast<double>(between(upper, lower, c.y)));
 }
 
 void Stage::move_uneven(double luminance, Seen& out) {
@@ -129,17 +143,35 @@ void Stage::move_uneven(double luminance, Seen& out) {
   out.uneven = 0;
   if (!(luminance > 0)) return;
   const auto limit = static_cast<float>(kMovedShare * luminance / pixel_rad_);
-  double rest = 0;
-  for (std::size_t block = 0; block < sums_.sum.size(); ++block) {
+  const std::size_t blocks = sums_.sum.size();
+  for (std::size_t block = 0; block < blocks; ++block) {
     const float x = sums_.offset_x[block], y = sums_.offset_y[block];
-    const float moved = std::max(sums_.sum[block].luminance(), 0.0F) * std::sqrt(x * x + y * y);
-    if (moved > limit && moved_.size() < kMostMoved) {
-      if (const Vec3d d = direction_at(layout_.place(block), block); !(d == Vec3d{})) {
-        moved_.push_back({block, d});
-        continue;
-      }
-    }
-    rest += moved;
+    light_moved_[block] = std::max(sums_.sum[block].luminance(), 0.0F) * std::sqrt(x * x + y * y);
+  }
+  // Four sums, as each waits for its own last addition.
+  double rests[4] = {};
+  std::size_t count = 0;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    const float moved = light_moved_[block];
+    // Written in any case, kept where it counts: which blocks these are no processor foresees.
+    uneven_[count] = static_cast<std::uint32_t>(block);
+    const bool kept = moved > limit && count < kMostMoved;
+    count += static_cast<std::size_t>(kept);
+    rests[block % 4] += kept ? 0 : moved;
+  }
+  double rest = rests[0] + rests[1] + rests[2] + rests[3];
+  // Their pixels' directions lie all over tables that no cache holds: all are asked for before the first is needed.
+  for (std::size_t k = 0; k < count; ++k) {
+    corners_[k] = corner_of(uneven_[k]);
+    __builtin_prefetch(corners_[k].at);
+    __builtin_prefetch(corners_[k].at + corners_[k].down);
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3d d = direction_at(corners_[k]);
+    if (d == Vec3d{})
+      rest += light_moved_[uneven_[k]];
+    else
+      moved_.push_back({uneven_[k], d});
   }
   out.uneven = rest * pixel_rad_;
 }

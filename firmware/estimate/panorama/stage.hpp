@@ -18,7 +18,7 @@ namespace lightwell::estimate {
 /// What one look at a bracket gave.
 struct Seen {
   Projection projection;
-  std::vector<Light> lights;  ///< Strongest first.
+  std::vector<Light> lights;  ///< Strongest first. The projection is of their light too.
   int lamp = -1;  ///< Which light is so bright a spot that people look for it, however little it gives; -1: none.
   double seen_sr = 0;    ///< Solid angle that the lenses of this bracket saw.
   double doubt = 0;      ///< Of the lights' irradiance, as luminance, what shared colours may get wrong.
@@ -32,8 +32,10 @@ class Stage {
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  /// `reader` holds the bracket.
+  /// `reader` holds the bracket. Of the lights, the brightest alone.
   void look(RowReader& reader, std::span<const Frame> bracket, const EstimatorConfig& config, Seen& out);
+  /// After look(): the other lights, `most` with the brightest.
+  void find_lights(RowReader& reader, int most, Seen& out);
 
   [[nodiscard]] const BlockLayout& layout() const { return layout_; }
   [[nodiscard]] const CellGrid& grid() const { return grid_; }
@@ -48,8 +50,18 @@ class Stage {
   void row_profile(int lens, std::vector<float>& out) const;
 
  private:
+  /// A place between four pixels: the upper left one's direction, how many entries on those beside and below it are (0
+  /// where there is none), and how far it is towards them, 0 to 1.
+  struct Corner {
+    const Vec3f* at;
+    int right, down;
+    float x, y;
+  };
+
   void move_uneven(double luminance, Seen& out);
-  [[nodiscard]] Vec3d direction_at(const BlockLayout::Place& place, std::size_t block) const;
+  /// Where a block's light sits.
+  [[nodiscard]] Corner corner_of(std::size_t block) const;
+  [[nodiscard]] static Vec3d direction_at(const Corner& corner);
 
   const RigTable& table_;
   BlockLayout layout_;
@@ -62,6 +74,9 @@ class Stage {
   Projection unseen_projection_;
   LightFinder finder_;
   double pixel_rad_;
+  std::vector<float> light_moved_;     ///< By block, luminance times pixels from the middle.
+  std::vector<std::uint32_t> uneven_;  ///< Blocks whose light does not sit in their middle, and one more.
+  std::vector<Corner> corners_;        ///< Of these.
   std::vector<CellGrid::Moved> moved_;
 };
 

@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <lightwell/cap.hpp>
 #include <lightwell/query.hpp>
 #include <numbers>
+#include <random>
 #include <set>
 
 #include "estimate/common/chooser.hpp"
@@ -233,6 +235,89 @@ TEST(Chooser, AskedForMoreThanItMaySendItComesAsNearAsItMay) {
   const Answer answer = choose(chooser, scene, {}, {.band = 2, .epsilon = 1e-4});
   EXPECT_EQ(answer.chosen.rest.band, 2);
   EXPECT_GT(stated(answer), 1e-4) << "and says that it is not as good as was asked";
+}
+
+TEST(Chooser, OfEvenLightNoLampButTheBrightestIsWorthFinding) {
+  Projection scene;
+  scene.c[0] = {3, 2, 1};
+  Light faint = lamp({0, 1, 0}, 1e-4F, 0);
+  put(faint, scene);
+  Chooser chooser;
+  EXPECT_EQ(chooser.worth_finding(scene, &faint, {}), 1);
+  EXPECT_EQ(chooser.worth_finding(scene, nullptr, {}), 1);
+}
+
+TEST(Chooser, WithoutALimitEveryLampIsWorthFinding) {
+  Projection scene;
+  scene.c[0] = {3, 2, 1};
+  Chooser chooser;
+  EXPECT_EQ(chooser.worth_finding(scene, nullptr, {.max_lights = 64, .epsilon = 0}), 64);
+}
+
+TEST(Chooser, WhereNoBandKeepsTheLimitEveryLampIsWorthFinding) {
+  Projection scene;
+  for (const Vec3f& d : {Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}}) put(lamp(d, 1, 0), scene);
+  const Light one = lamp({1, 0, 0}, 1, 0);
+  Chooser chooser;
+  EXPECT_EQ(chooser.worth_finding(scene, &one, {.max_lights = 9, .epsilon = 0.002}), 9);
+}
+
+TEST(Chooser, WhereNoiseIsMoreThanTheLimitLampsDoNotHelp) {
+  Projection scene;
+  scene.c[0] = {10, 10, 10};
+  const Light one = lamp({1, 0, 0}, 0.01F, 0);
+  put(one, scene);
+  put(lamp({0, 1, 0}, 0.01F, 0), scene);
+  Chooser chooser;
+  EXPECT_EQ(chooser.worth_finding(scene, &one, {.epsilon = 0.01, .other_error = 0.1}), 1);
+}
+
+TEST(Chooser, WhatWasSentStaysWorthFinding) {
+  std::vector<Light> found;
+  Projection scene;
+  for (const Vec3f& d : {Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}}) {
+    found.push_back(lamp(d, 1, static_cast<std::uint32_t>(found.size() + 1)));
+    put(found.back(), scene);
+  }
+  Chooser chooser;
+  ASSERT_EQ(choose(chooser, scene, found, {.epsilon = 0.002}).lights.size(), 3U);
+  Projection even;
+  even.c[0] = {3, 2, 1};
+  EXPECT_EQ(chooser.worth_finding(even, nullptr, {}), 3);
+}
+
+TEST(Chooser, LampsThatWereNotWorthFindingWouldNotHaveBeenSent) {
+  // Lamps of all strengths over smooth light; the one that is brightest to the eye need not give the most.
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  std::normal_distribution<float> normal;
+  int saved = 0;
+  for (int i = 0; i < 400; ++i) {
+    Projection scene;
+    scene.c[0] = {10, 10, 10};
+    for (std::size_t k = 1; k < 9; ++k)
+      for (double& v : scene.c[k]) v = normal(random);
+    std::vector<Light> found(static_cast<std::size_t>(1 + i % 12));
+    for (Light& light : found) {
+      light = lamp({normal(random), normal(random), normal(random)}, 3 * std::pow(uniform(random), 4.0F), 0);
+      put(light, scene);
+    }
+    std::sort(found.begin(), found.end(), [](const Light& a, const Light& b) { return a.irradiance.r > b.irradiance.r; });
+    for (std::size_t k = 0; k < found.size(); ++k) found[k].track = static_cast<std::uint32_t>(k + 1);
+    const std::size_t brightest = static_cast<std::size_t>(i) % found.size();
+    const ChoiceLimits limits{.epsilon = i % 2 == 0 ? 0.01 : 0.03};
+
+    Chooser of_all, of_few;
+    const Answer all = choose(of_all, scene, found, limits);
+    const auto worth = static_cast<std::size_t>(of_few.worth_finding(scene, &found[brightest], limits));
+    std::vector<Light> few(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(std::min(worth, found.size())));
+    if (brightest >= few.size()) few.back() = found[brightest];
+    saved += static_cast<int>(found.size() - few.size());
+    const Answer less = choose(of_few, scene, few, limits);
+    ASSERT_EQ(less.chosen.rest.band, all.chosen.rest.band) << "scene " << i;
+    ASSERT_EQ(less.lights.size(), all.lights.size()) << "scene " << i;
+  }
+  EXPECT_GT(saved, 400) << "and many were not";
 }
 
 /// Even light with a pattern of band 4 of the relative RMS that is given.
