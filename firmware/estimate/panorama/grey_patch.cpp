@@ -18,7 +18,7 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
     // A read must not reach beyond its block.
     for (int x = patch_.x, end = 0; x < patch_.x + patch_.width; x = end) {
       end = std::min((x | (layout.edge() - 1)) + 1, patch_.x + patch_.width);
-      reader.read(patch_.lens, y, x, end, RowReader::Reading::radiance, row_, ignored);
+      reader.read(patch_.lens, y, x, end, RowReader::Reading::with_clipped, row_, ignored);
       for (int i = 0; i < end - x; ++i) {
         const auto k = static_cast<std::size_t>(i);
         const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x + i);

@@ -222,7 +222,8 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
   }
   for (const BrightPixels::Pixel& pixel : rim_) {
     float beside = pixel.light.luminance;
-    if (!(beside > 0)) continue;
+    // What holds less than the skirt does could not move a centroid.
+    if (!(beside >= dark)) continue;
     pixels_.for_neighbours(pixel.place, [&](Place p, PixelId id) {
       const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
       if (is_dark(block)) {

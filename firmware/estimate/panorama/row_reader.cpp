@@ -102,7 +102,7 @@ void RowReader::take_by_block(const BlockLayout& layout, std::span<const std::ui
   taken_ = exposures;
 }
 
-void RowReader::load(const View& view, const Tables& tables, int y, int first, int end, bool shared) {
+void RowReader::load(const View& view, const Tables& tables, int y, int first, int end, Judging judging) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto row = [&view](int j) { return view.data.data() + static_cast<std::size_t>(j) * view.stride; };
   float* __restrict x0 = x_[0].data();
@@ -114,6 +114,7 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     x0[i] = table.linear[r];
     x1[i] = table.linear[g];
     x2[i] = table.linear[b];
+    if (judging == Judging::none) return;
     const unsigned top = std::max({r, g, b});
     saturated[i] = top >= table.saturated_from ? 1 : 0;
     steps[i] = table.step[top];
@@ -122,7 +123,7 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     const std::array<std::uint8_t, 3> v = rgb8_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb),
                                                           std::to_integer<int>(cr));
     put_code(i, tables.code8, v[0], v[1], v[2]);
-    if (!shared) return;
+    if (judging != Judging::shared) return;
     // With one colour, the pixel with the most luma has the largest codes.
     const std::array<std::uint8_t, 3> most = rgb8_of_ycbcr601(std::to_integer<int>(most_luma), std::to_integer<int>(cb),
                                                              std::to_integer<int>(cr));
@@ -262,16 +263,26 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
     out.certain = true;
   } else if (exposures == 1) {
     const Exposure& e = exposures_[0];
-    load(e.view[at], tables_[at], y, first, end, exposure_count_ > 1);
+    load(e.view[at], tables_[at], y, first, end,
+         what == Reading::radiance ? Judging::none : exposure_count_ > 1 ? Judging::shared : Judging::own);
     const float k = e.radiance_per_linear;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float* __restrict x = x_[c].data();
-      float* __restrict l = radiance[c];
-      const float scale = k * white[c];
-      for (std::size_t i = 0; i < n; ++i) l[i] = x[i] * scale * brighten[i];
+    // One walk, as runs are short.
+    const float* __restrict x0 = x_[0].data();
+    const float* __restrict x1 = x_[1].data();
+    const float* __restrict x2 = x_[2].data();
+    const float* __restrict bright = brighten;
+    float* __restrict r = out.r.data();
+    float* __restrict g = out.g.data();
+    float* __restrict b = out.b.data();
+    const float kr = k * white[0], kg = k * white[1], kb = k * white[2];
+    for (std::size_t i = 0; i < n; ++i) {
+      r[i] = x0[i] * kr * bright[i];
+      g[i] = x1[i] * kg * bright[i];
+      b[i] = x2[i] * kb * bright[i];
     }
-    std::copy_n(saturated_.begin(), n, out.clipped.begin());
     if (what == Reading::radiance) return;
+    std::copy_n(saturated_.begin(), n, out.clipped.begin());
+    if (what == Reading::with_clipped) return;
     const float* __restrict green = x_[1].data();
     const float* __restrict step = step_.data();
     float* __restrict variance = out.variance.data();
@@ -287,7 +298,7 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
     std::fill_n(out.clipped.begin(), n, std::uint8_t{1});
     for (std::size_t k = 0; k < exposures; ++k) {
       const Exposure& e = exposures_[k];
-      load(e.view[at], tables_[at], y, first, end, true);
+      load(e.view[at], tables_[at], y, first, end, Judging::shared);
       const float scale = e.radiance_per_linear;
       for (std::size_t i = 0; i < n; ++i) {
         if (saturated_[i] != 0) {

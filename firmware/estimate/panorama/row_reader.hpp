@@ -41,8 +41,8 @@ class RowReader {
   /// Radiance beyond this counts as infinite: integrals of it must stay numbers that the wire can hold.
   static constexpr float kBrightest = 1e30F;
 
-  /// What read() fills: radiance and clipped alone, or variance and bias too.
-  enum class Reading { radiance, with_errors };
+  /// What read() fills: radiance alone, or clipped too, or all.
+  enum class Reading { radiance, with_clipped, with_errors };
 
   explicit RowReader(const RigParameters& rig, const RigTable& table);
 
@@ -87,8 +87,10 @@ class RowReader {
     float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
   };
 
-  /// `shared`: pixels that share their colour with a saturated one count as saturated, as it is wrong there.
-  void load(const View& view, const Tables& tables, int y, int first, int end, bool shared);
+  /// What load() fills besides the linear values: nothing; the steps and what is saturated; and so that pixels that share
+  /// their colour with a saturated one count as saturated, as it is wrong there.
+  enum class Judging { none, own, shared };
+  void load(const View& view, const Tables& tables, int y, int first, int end, Judging judging);
 
   const RigParameters& rig_;
   const RigTable& table_;
