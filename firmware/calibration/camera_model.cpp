@@ -2,46 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <variant>
-
 #include <lightwell/equirect.hpp>
+#include <limits>
+#include <numbers>
+
+#include "calibration/projection.hpp"
 
 namespace lightwell {
-
 namespace {
 
-using KannalaBrandt = KannalaBrandtParameters;
-using DoubleSphere = DoubleSphereParameters;
-using Equirectangular = EquirectangularParameters;
 using std::numbers::pi;
 
-template <class... Cases>
-struct Overloaded : Cases... {
-  using Cases::operator()...;
-};
-// clang 14 does not deduce an aggregate's arguments by itself.
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
+/// An angle that rounding put behind the end of the domain still counts as the end: what project() gives for the last
+/// direction must come back from unproject().
+template <class T>
+constexpr T kEdgeTolerance = T(1e-12);
+template <>
+constexpr float kEdgeTolerance<float> = 4e-6F;
 
-// An angle that rounding put behind the end of the domain still counts as the end: what project()
-// gives for the last direction must come back from unproject().
-constexpr double kEdgeTolerance = 1e-12;
+// Where the domains end: always in double.
 
-double radius(const KannalaBrandt& k, double theta) {
-  const double t = theta * theta;
-  return theta * (1 + t * (k.k1 + t * (k.k2 + t * (k.k3 + t * k.k4))));
-}
-
-double slope(const KannalaBrandt& k, double theta) {
+double slope(const KannalaBrandtParameters& k, double theta) {
   const double t = theta * theta;
   return 1 + t * (3 * k.k1 + t * (5 * k.k2 + t * (7 * k.k3 + t * 9 * k.k4)));
 }
 
 /// The angle where r(theta) stops growing, at most `end`.
-double domain_end(const KannalaBrandt& k, double end) {
-  // The slope is a polynomial of fourth degree in theta²: steps of a thousandth of the domain
-  // cannot step over a dip that matters.
+double domain_end(const KannalaBrandtParameters& k, double end) {
+  // The slope is a polynomial of fourth degree in theta²: steps of a thousandth of the domain cannot step over a dip that
+  // matters.
   constexpr int kSteps = 1000;
   double low = 0;
   for (int i = 1; i <= kSteps; ++i) {
@@ -59,11 +48,10 @@ double domain_end(const KannalaBrandt& k, double end) {
   return end;
 }
 
-/// Usenko et al. 2018, eq. 43 to 45: z > -w2 |p|. For xi < 0 that reaches a little past the fold,
-/// so the fold counts too: the radius, as a function of the angle psi at the second sphere's
-/// centre, stops growing (alpha > 1/2) or becomes infinite at cos psi = -w1, which is this z on the
-/// first.
-double domain_end(const DoubleSphere& d, double end) {
+/// Usenko et al. 2018, eq. 43 to 45: z > -w2 |p|. For xi < 0 that reaches a little past the fold, so the fold counts too:
+/// the radius, as a function of the angle psi at the second sphere's centre, stops growing (alpha > 1/2) or becomes
+/// infinite at cos psi = -w1, which is this z on the first.
+double domain_end(const DoubleSphereParameters& d, double end) {
   const double w1 = d.alpha <= 0.5 ? d.alpha / (1 - d.alpha) : (1 - d.alpha) / d.alpha;
   const double w2 = (w1 + d.xi) / std::sqrt(2 * w1 * d.xi + d.xi * d.xi + 1);
   const double bend = 1 - w1 * w1;
@@ -72,115 +60,199 @@ double domain_end(const DoubleSphere& d, double end) {
   return std::min(end, std::acos(std::clamp(std::max(-w2, fold_z), -1.0, 1.0)) - 1e-9);
 }
 
-double domain_end(const Equirectangular& /*unused*/, double /*end*/) { return pi; }
+/// Of the distorted plane point by the point, the determinant; positive where the picture is not folded.
+double fold(const MeiParameters& m, double x, double y) {
+  const double r2 = x * x + y * y, along = 1 + r2 * (m.k1 + r2 * m.k2), steeper = 2 * m.k1 + 4 * m.k2 * r2;
+  const double ux = along + x * x * steeper + 2 * m.p1 * y + 6 * m.p2 * x;
+  const double uy = x * y * steeper + 2 * m.p1 * x + 2 * m.p2 * y;
+  const double vy = along + y * y * steeper + 6 * m.p1 * y + 2 * m.p2 * x;
+  return ux > 0 && vy > 0 ? ux * vy - uy * uy : -1;
+}
+
+/// Where the sphere is seen edge-on (xi > 1: cos theta = -1/xi) or the plane ends (cos theta = -xi); or nearer, where the
+/// distortion folds the picture at any azimuth.
+double domain_end(const MeiParameters& m, double end) {
+  constexpr int kSteps = 1000, kAzimuths = 72;
+  end = std::min(end, std::acos(m.xi > 1 ? -1 / m.xi : -m.xi) - 1e-9);
+  const auto folded = [&](double theta) {
+    const double r = std::sin(theta) / (std::cos(theta) + m.xi);
+    for (int i = 0; i < kAzimuths; ++i) {
+      const double phi = 2 * pi * i / kAzimuths;
+      if (!(fold(m, r * std::cos(phi), r * std::sin(phi)) > 0)) return true;
+    }
+    return false;
+  };
+  double low = 0;
+  for (int i = 1; i <= kSteps; ++i) {
+    double high = end * i / kSteps;
+    if (!folded(high)) {
+      low = high;
+      continue;
+    }
+    for (int n = 0; n < 40; ++n) {
+      const double middle = (low + high) / 2;
+      (folded(middle) ? high : low) = middle;
+    }
+    return low;
+  }
+  return end;
+}
+
+double domain_end(const EquirectangularParameters& /*unused*/, double /*end*/) { return pi; }
 
 /// The angle that has this radius: Newton's method, kept inside a bracket that bisection shrinks.
-std::optional<double> angle_of(const KannalaBrandt& k, double wanted, double end) {
-  const double last = radius(k, end);
-  if (!(wanted <= last * (1 + kEdgeTolerance))) return std::nullopt;
+template <class T>
+std::optional<T> kannala_brandt_angle(const T* p, T wanted, T end) {
+  const T last = KannalaBrandtModel::radius(p, end);
+  if (!(wanted <= last * (1 + kEdgeTolerance<T>))) return std::nullopt;
   if (wanted >= last) return end;
-  double low = 0, high = end, theta = std::min(wanted, end);
+  T low = 0, high = end, theta = std::min(wanted, end);
   for (int i = 0; i < 100; ++i) {
-    const double excess = radius(k, theta) - wanted;
+    const T t = theta * theta;
+    const T steep = 1 + t * (3 * p[4] + t * (5 * p[5] + t * (7 * p[6] + t * 9 * p[7])));
+    const T excess = KannalaBrandtModel::radius(p, theta) - wanted;
     (excess > 0 ? high : low) = theta;
-    double next = theta - excess / slope(k, theta);
+    T next = theta - excess / steep;
     if (!(next >= low && next <= high)) next = (low + high) / 2;
-    const double step = std::abs(next - theta);
+    const T step = std::abs(next - theta);
     theta = next;
-    if (step < 1e-15) break;
+    if (step < 4 * std::numeric_limits<T>::epsilon()) break;
   }
   return theta;
 }
 
-PixelPosition pixel_at(double fx, double fy, double cx, double cy, double mx, double my) {
-  return {fx * mx + cx, fy * my + cy};
-}
-
-std::optional<PixelPosition> project_with(const KannalaBrandt& k, Vec3d d, double theta) {
-  const double across = std::hypot(d.x, d.y);
-  if (across == 0) {
-    // Straight behind there is no azimuth, hence no one pixel.
-    if (d.z < 0) return std::nullopt;
-    return PixelPosition{k.cx, k.cy};
-  }
-  const double scale = radius(k, theta) / across;
-  return pixel_at(k.fx, k.fy, k.cx, k.cy, scale * d.x, scale * d.y);
-}
-
-/// Usenko et al. 2018, eq. 40 to 42, for a unit vector.
-std::optional<PixelPosition> project_with(const DoubleSphere& s, Vec3d d, double /*theta*/) {
-  const double shifted = s.xi + d.z;
-  const double d2 = std::sqrt(d.x * d.x + d.y * d.y + shifted * shifted);
-  const double denominator = s.alpha * d2 + (1 - s.alpha) * shifted;
-  if (!(denominator > 0)) return std::nullopt;
-  return pixel_at(s.fx, s.fy, s.cx, s.cy, d.x / denominator, d.y / denominator);
-}
-
-std::optional<Vec3d> unproject_with(const KannalaBrandt& k, PixelPosition p, double end) {
-  const double mx = (p.x - k.cx) / k.fx, my = (p.y - k.cy) / k.fy;
-  const double r = std::hypot(mx, my);
-  if (r == 0) return Vec3d{0, 0, 1};
-  const std::optional<double> theta = angle_of(k, r, end);
+template <class T>
+std::optional<Vec3<T>> unproject_kannala_brandt(const T* p, T mx, T my, T end) {
+  const T r = std::hypot(mx, my);
+  if (r == 0) return Vec3<T>{0, 0, 1};
+  const std::optional<T> theta = kannala_brandt_angle(p, r, end);
   if (!theta) return std::nullopt;
-  const double across = std::sin(*theta) / r;
-  return Vec3d{across * mx, across * my, std::cos(*theta)};
+  const T across = std::sin(*theta) / r;
+  return Vec3<T>{across * mx, across * my, std::cos(*theta)};
 }
 
 /// Usenko et al. 2018, eq. 46 to 49.
-std::optional<Vec3d> unproject_with(const DoubleSphere& s, PixelPosition p, double end) {
-  const double mx = (p.x - s.cx) / s.fx, my = (p.y - s.cy) / s.fy;
-  const double r2 = mx * mx + my * my;
-  const double under_root = 1 - (2 * s.alpha - 1) * r2;
+template <class T>
+std::optional<Vec3<T>> unproject_double_sphere(const T* p, T mx, T my) {
+  const T xi = p[4], alpha = p[5], r2 = mx * mx + my * my;
+  const T under_root = 1 - (2 * alpha - 1) * r2;
   if (!(under_root >= 0)) return std::nullopt;
-  const double mz = (1 - s.alpha * s.alpha * r2) / (s.alpha * std::sqrt(under_root) + 1 - s.alpha);
-  const double root = mz * mz + (1 - s.xi * s.xi) * r2;
+  const T mz = (1 - alpha * alpha * r2) / (alpha * std::sqrt(under_root) + 1 - alpha);
+  const T root = mz * mz + (1 - xi * xi) * r2;
   if (!(root >= 0)) return std::nullopt;
-  const double scale = (mz * s.xi + std::sqrt(root)) / (mz * mz + r2);
-  const Vec3d d = normalized(Vec3d{scale * mx, scale * my, scale * mz - s.xi});
-  const double theta = std::atan2(std::hypot(d.x, d.y), d.z);
-  if (!(theta <= end * (1 + kEdgeTolerance))) return std::nullopt;
-  return d;
+  const T scale = (mz * xi + std::sqrt(root)) / (mz * mz + r2);
+  return normalized(Vec3<T>{scale * mx, scale * my, scale * mz - xi});
+}
+
+/// The plane point that is distorted to (u, v), by Newton's method from the nearest of a few radii; nothing where the
+/// steps lead nowhere.
+template <class T>
+std::optional<BasicPixelPosition<T>> mei_undistorted(const T* p, T u, T v, T farthest) {
+  const T wanted = std::hypot(u, v);
+  if (wanted == 0 && p[7] == 0 && p[8] == 0) return BasicPixelPosition<T>{};
+  // The radius alone, by bisection: without the small terms across it is monotonic up to `farthest`.
+  T low = 0, high = farthest;
+  for (int i = 0; i < 30; ++i) {
+    const T middle = (low + high) / 2, m2 = middle * middle;
+    (middle * (1 + m2 * (p[5] + m2 * p[6])) < wanted ? low : high) = middle;
+  }
+  const T start = wanted > 0 ? low / wanted : T(0);
+  T x = u * start, y = v * start;
+  for (int i = 0; i < 30; ++i) {
+    T du, dv;
+    MeiModel::distort(p, x, y, du, dv);
+    du -= u, dv -= v;
+    const T r2 = x * x + y * y, along = 1 + r2 * (p[5] + r2 * p[6]), steeper = 2 * p[5] + 4 * p[6] * r2;
+    const T ux = along + x * x * steeper + 2 * p[7] * y + 6 * p[8] * x;
+    const T uy = x * y * steeper + 2 * p[7] * x + 2 * p[8] * y;
+    const T vy = along + y * y * steeper + 6 * p[7] * y + 2 * p[8] * x;
+    const T determinant = ux * vy - uy * uy;
+    if (!(determinant > 0)) return std::nullopt;
+    const T sx = (vy * du - uy * dv) / determinant, sy = (ux * dv - uy * du) / determinant;
+    x -= sx, y -= sy;
+    if (std::abs(sx) + std::abs(sy) <= 8 * std::numeric_limits<T>::epsilon() * (1 + std::abs(x) + std::abs(y)))
+      return BasicPixelPosition<T>{x, y};
+  }
+  return std::nullopt;
+}
+
+/// Mei & Rives 2007, eq. 9, the inverse of the sphere's projection.
+template <class T>
+std::optional<Vec3<T>> unproject_mei(const T* p, T mx, T my, T end) {
+  const T xi = p[4];
+  const T farthest = std::sin(end) / (std::cos(end) + xi) * (1 + T(1e-3)) + T(1e-3);
+  const auto m = mei_undistorted(p, mx, my, farthest);
+  if (!m) return std::nullopt;
+  const T r2 = m->x * m->x + m->y * m->y, root = 1 + (1 - xi * xi) * r2;
+  if (!(root >= 0)) return std::nullopt;
+  const T scale = (xi + std::sqrt(root)) / (1 + r2);
+  return normalized(Vec3<T>{scale * m->x, scale * m->y, scale - xi});
+}
+
+template <class Model, class T>
+void keep(const typename Model::Parameters& parameters, std::array<T, 9>& out) {
+  const auto values = Model::values(parameters);
+  for (std::size_t i = 0; i < values.size(); ++i) out[i] = static_cast<T>(values[i]);
 }
 
 }  // namespace
 
-CameraModel::CameraModel(const LensParameters& lens)
-    : model_(lens.model),
+template <class T>
+BasicCameraModel<T>::BasicCameraModel(const LensParameters& lens)
+    : kind_(Kind::equirectangular),
       width_(lens.width),
       height_(lens.height),
-      max_angle_(
-          std::visit([&](const auto& m) { return domain_end(m, std::min(lens.max_angle_rad, pi)); },
-                     lens.model)) {}
-
-std::optional<PixelPosition> CameraModel::project(Vec3d direction_cv) const {
-  const Vec3d d = normalized(direction_cv);
-  if (d == Vec3d{}) return std::nullopt;
-  const double theta = std::atan2(std::hypot(d.x, d.y), d.z);
-  if (theta > max_angle_ * (1 + kEdgeTolerance)) return std::nullopt;
-  return std::visit(
-      Overloaded{
-          [&](const Equirectangular&) -> std::optional<PixelPosition> {
-            // The house's mapping is written for axes with y up and z back.
-            const EquirectUv uv = equirect_uv({d.x, -d.y, -d.z});
-            return PixelPosition{uv.u * width_ - 0.5, uv.v * height_ - 0.5};
-          },
-          [&](const auto& m) { return project_with(m, d, std::min(theta, max_angle_)); },
-      },
-      model_);
+      max_angle_(std::visit([&](const auto& m) { return domain_end(m, std::min(lens.max_angle_rad, pi)); }, lens.model)) {
+  if (const auto* k = std::get_if<KannalaBrandtParameters>(&lens.model)) {
+    kind_ = Kind::kannala_brandt;
+    keep<KannalaBrandtModel>(*k, p_);
+  } else if (const auto* d = std::get_if<DoubleSphereParameters>(&lens.model)) {
+    kind_ = Kind::double_sphere;
+    keep<DoubleSphereModel>(*d, p_);
+  } else if (const auto* m = std::get_if<MeiParameters>(&lens.model)) {
+    kind_ = Kind::mei;
+    keep<MeiModel>(*m, p_);
+  }
 }
 
-std::optional<Vec3d> CameraModel::unproject(PixelPosition pixel) const {
+template <class T>
+std::optional<BasicPixelPosition<T>> BasicCameraModel<T>::project(Vec3<T> direction_cv) const {
+  const Vec3<T> d = normalized(direction_cv);
+  if (d == Vec3<T>{}) return std::nullopt;
+  if (kind_ == Kind::equirectangular) {
+    // The house's mapping is written for axes with y up and z back.
+    const EquirectUv uv = equirect_uv({static_cast<double>(d.x), -static_cast<double>(d.y), -static_cast<double>(d.z)});
+    return BasicPixelPosition<T>{static_cast<T>(uv.u * width_ - 0.5), static_cast<T>(uv.v * height_ - 0.5)};
+  }
+  const T theta = std::atan2(std::hypot(d.x, d.y), d.z);
+  if (theta > static_cast<T>(max_angle_) * (1 + kEdgeTolerance<T>)) return std::nullopt;
+  BasicPixelPosition<T> out;
+  const bool known = kind_ == Kind::kannala_brandt  ? KannalaBrandtModel::project(p_.data(), d.x, d.y, d.z, out.x, out.y)
+                     : kind_ == Kind::double_sphere ? DoubleSphereModel::project(p_.data(), d.x, d.y, d.z, out.x, out.y)
+                                                    : MeiModel::project(p_.data(), d.x, d.y, d.z, out.x, out.y);
+  if (!known) return std::nullopt;
+  return out;
+}
+
+template <class T>
+std::optional<Vec3<T>> BasicCameraModel<T>::unproject(BasicPixelPosition<T> pixel) const {
   if (!std::isfinite(pixel.x) || !std::isfinite(pixel.y)) return std::nullopt;
-  return std::visit(Overloaded{
-                        [&](const Equirectangular&) -> std::optional<Vec3d> {
-                          const double u = (pixel.x + 0.5) / width_, v = (pixel.y + 0.5) / height_;
-                          if (!(u >= 0 && u <= 1 && v >= 0 && v <= 1)) return std::nullopt;
-                          const Vec3d d = equirect_direction(u, v);
-                          return Vec3d{d.x, -d.y, -d.z};
-                        },
-                        [&](const auto& m) { return unproject_with(m, pixel, max_angle_); },
-                    },
-                    model_);
+  if (kind_ == Kind::equirectangular) {
+    const double u = (static_cast<double>(pixel.x) + 0.5) / width_, v = (static_cast<double>(pixel.y) + 0.5) / height_;
+    if (!(u >= 0 && u <= 1 && v >= 0 && v <= 1)) return std::nullopt;
+    const Vec3d d = equirect_direction(u, v);
+    return vec_cast<T>(Vec3d{d.x, -d.y, -d.z});
+  }
+  const auto end = static_cast<T>(max_angle_);
+  const T mx = (pixel.x - p_[2]) / p_[0], my = (pixel.y - p_[3]) / p_[1];
+  if (kind_ == Kind::kannala_brandt) return unproject_kannala_brandt(p_.data(), mx, my, end);
+  const std::optional<Vec3<T>> d =
+      kind_ == Kind::double_sphere ? unproject_double_sphere(p_.data(), mx, my) : unproject_mei(p_.data(), mx, my, end);
+  if (!d || !(std::atan2(std::hypot(d->x, d->y), d->z) <= end * (1 + kEdgeTolerance<T>))) return std::nullopt;
+  return d;
 }
+
+template class BasicCameraModel<double>;
+template class BasicCameraModel<float>;
 
 }  // namespace lightwell

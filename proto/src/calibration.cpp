@@ -40,6 +40,11 @@ Status model_problem(const LensParameters& lens) {
     if (!(d->fx > 0) || !(d->fy > 0)) return bad("double_sphere.fx and fy must be positive");
     if (!(d->alpha >= 0 && d->alpha <= 1)) return bad("double_sphere.alpha must be 0 to 1");
     if (!(d->xi > -1 && d->xi < 1)) return bad("double_sphere.xi must lie between -1 and 1");
+  } else if (const auto* m = std::get_if<MeiParameters>(&lens.model)) {
+    if (!finite({m->fx, m->fy, m->cx, m->cy, m->xi, m->k1, m->k2, m->p1, m->p2}))
+      return bad("mei has a value that is not finite");
+    if (!(m->fx > 0) || !(m->fy > 0)) return bad("mei.fx and fy must be positive");
+    if (!(m->xi >= 0 && m->xi <= 100)) return bad("mei.xi must be 0 to 100");
   }
   return {};
 }
@@ -120,6 +125,11 @@ RigParameters rig_from(const v1::RigCalibration& m) {
         lens.model = DoubleSphereParameters{p.fx(), p.fy(), p.cx(), p.cy(), p.xi(), p.alpha()};
         break;
       }
+      case v1::LensCalibration::kMei: {
+        const auto& p = in.mei();
+        lens.model = MeiParameters{p.fx(), p.fy(), p.cx(), p.cy(), p.xi(), p.k1(), p.k2(), p.p1(), p.p2()};
+        break;
+      }
       case v1::LensCalibration::kEquirectangular:
         lens.model = EquirectangularParameters{};
         lens.max_angle_rad = std::numbers::pi;
@@ -165,6 +175,10 @@ v1::RigCalibration rig_to(const RigParameters& rig) {
     } else if (const auto* d = std::get_if<DoubleSphereParameters>(&lens.model)) {
       v1::DoubleSphere& s = *out.mutable_double_sphere();
       s.set_fx(d->fx), s.set_fy(d->fy), s.set_cx(d->cx), s.set_cy(d->cy), s.set_xi(d->xi), s.set_alpha(d->alpha);
+    } else if (const auto* o = std::get_if<MeiParameters>(&lens.model)) {
+      v1::Mei& s = *out.mutable_mei();
+      s.set_fx(o->fx), s.set_fy(o->fy), s.set_cx(o->cx), s.set_cy(o->cy), s.set_xi(o->xi);
+      s.set_k1(o->k1), s.set_k2(o->k2), s.set_p1(o->p1), s.set_p2(o->p2);
     } else {
       out.mutable_equirectangular();
     }
@@ -197,7 +211,7 @@ Result<RigParameters> parse_calibration(std::string_view text, const std::string
     const std::string where = name + ": lens " + std::to_string(i) + ": ";
     if (m.lens(i).model_case() == v1::LensCalibration::MODEL_NOT_SET)
       return Status(StatusCode::invalid_argument,
-                    where + "no camera model; add kannala_brandt, double_sphere or equirectangular");
+                    where + "no camera model; add kannala_brandt, double_sphere, mei or equirectangular");
     if (m.lens(i).photometry().vignetting_size() > 3)
       return Status(StatusCode::invalid_argument, where + "photometry.vignetting has more than 3 coefficients");
     if (const int n = m.lens(i).photometry().white_balance_size(); n != 0 && n != 3)

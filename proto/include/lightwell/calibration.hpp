@@ -19,10 +19,15 @@ struct KannalaBrandtParameters {
 struct DoubleSphereParameters {
   double fx = 0, fy = 0, cx = 0, cy = 0, xi = 0, alpha = 0;
 };
+/// Mei & Rives 2007 with OpenCV's omnidir distortion; no skew.
+struct MeiParameters {
+  double fx = 0, fy = 0, cx = 0, cy = 0, xi = 0, k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+};
 /// The whole sphere, no parameters.
 struct EquirectangularParameters {};
 
-using ModelParameters = std::variant<KannalaBrandtParameters, DoubleSphereParameters, EquirectangularParameters>;
+using ModelParameters =
+    std::variant<KannalaBrandtParameters, DoubleSphereParameters, MeiParameters, EquirectangularParameters>;
 
 /// From the value in the picture to linear exposure, both 0 to 1.
 struct ResponseCurve {

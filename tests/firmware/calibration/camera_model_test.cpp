@@ -47,6 +47,13 @@ struct Example<DoubleSphereParameters> {
   }
 };
 template <>
+struct Example<MeiParameters> {
+  // About what OpenCV's omnidir finds for a lens of 190 degrees.
+  static LensParameters lens() {
+    return lens_with(MeiParameters{720, 718, 499.1, 248.2, 1.4, -0.12, 0.21, 3e-4, -7e-4}, 97 * kDegree);
+  }
+};
+template <>
 struct Example<EquirectangularParameters> {
   static LensParameters lens() { return lens_with(EquirectangularParameters{}, kPi); }
 };
@@ -71,7 +78,7 @@ class CameraModelTest : public testing::Test {
 };
 
 using Models =
-    testing::Types<KannalaBrandtParameters, DoubleSphereParameters, EquirectangularParameters>;
+    testing::Types<KannalaBrandtParameters, DoubleSphereParameters, MeiParameters, EquirectangularParameters>;
 TYPED_TEST_SUITE(CameraModelTest, Models);
 
 TYPED_TEST(CameraModelTest, UnprojectUndoesProject) {
@@ -139,6 +146,63 @@ TYPED_TEST(CameraModelTest, TheDomainEndsAtTheLargestAngle) {
     EXPECT_TRUE(this->model.unproject(outwards(1 - 1e-7)));
     EXPECT_FALSE(this->model.unproject(outwards(1 + 1e-7)));
   }
+}
+
+TYPED_TEST(CameraModelTest, InFloatAPixelComesBackToAThousandth) {
+  const CameraModelF in_float(Example<TypeParam>::lens());
+  int seen = 0;
+  for (int y = 0; y < 500; y += 7) {
+    for (int x = 0; x < 1000; x += 7) {
+      const PixelPositionF there{static_cast<float>(x) + 0.25F, static_cast<float>(y) - 0.125F};
+      const auto d = in_float.unproject(there);
+      if (!d) continue;
+      const auto back = in_float.project(*d);
+      ASSERT_TRUE(back) << x << " " << y;
+      EXPECT_NEAR(back->x, there.x, 1e-3) << x << " " << y;
+      EXPECT_NEAR(back->y, there.y, 1e-3) << x << " " << y;
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 2000);
+  this->for_directions([&](Vec3d d) {
+    const auto exact = this->model.project(d);
+    const auto pixel = in_float.project(vec_cast<float>(d));
+    ASSERT_TRUE(exact && pixel) << d.x << " " << d.y << " " << d.z;
+    // Where the picture's ends meet, either will do.
+    if (std::abs(exact->x - pixel->x) > 500) return;
+    EXPECT_NEAR(pixel->x, exact->x, 1e-3);
+    EXPECT_NEAR(pixel->y, exact->y, 1e-3);
+  });
+}
+
+TEST(Mei, WithoutASphereBehindItIsAPinhole) {
+  const CameraModel model(lens_with(MeiParameters{100, 200, 7, 9, 0, 0, 0, 0, 0}, kPi));
+  const auto p = model.project({0.3, -0.2, 2});
+  ASSERT_TRUE(p);
+  EXPECT_NEAR(p->x, 7 + 100 * 0.15, kPixelTolerance);
+  EXPECT_NEAR(p->y, 9 - 200 * 0.1, kPixelTolerance);
+  EXPECT_NEAR(model.max_angle_rad(), kPi / 2, 1e-6) << "which sees half of everything";
+}
+
+TEST(Mei, WithXiOneItIsStereographic) {
+  const CameraModel model(lens_with(MeiParameters{100, 100, 0, 0, 1, 0, 0, 0, 0}, 3));
+  for (const double theta : {0.1, 1.0, 2.0, 2.9}) {
+    const auto p = model.project(direction_cv(theta, 0));
+    ASSERT_TRUE(p);
+    EXPECT_NEAR(p->x / (100 * std::tan(theta / 2)), 1, 1e-12);
+  }
+}
+
+TEST(Mei, EndsWhereTheSphereIsSeenEdgeOn) {
+  const CameraModel model(lens_with(MeiParameters{100, 100, 0, 0, 2, 0, 0, 0, 0}, kPi));
+  EXPECT_NEAR(model.max_angle_rad(), std::acos(-0.5), 1e-6);
+  EXPECT_FALSE(model.project(direction_cv(2.2, 1)));
+}
+
+TEST(Mei, EndsWhereItsDistortionFoldsThePicture) {
+  // d/dr of r - 0.1 r³ is zero at r = sqrt(1 / 0.3).
+  const CameraModel model(lens_with(MeiParameters{100, 100, 0, 0, 1, -0.1, 0, 0, 0}, 3));
+  EXPECT_NEAR(2 * std::tan(model.max_angle_rad() / 2) / 2, std::sqrt(1 / 0.3), 1e-6);
 }
 
 TEST(KannalaBrandt, RadiusGrowsWithTheAngleBeyondNinetyDegrees) {

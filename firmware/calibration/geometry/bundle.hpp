@@ -1,0 +1,56 @@
+// The bundle: lenses, boards and where the rig stood, fitted to all sightings at once (Triggs et al. 2000), by Ceres.
+//   pixel = project(lens, T_lens_rig T_rig_world T_world_board point)
+// The rig's frame is lens 0's, _cv; the world's is board 0's.
+#pragma once
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/geometry.hpp>
+#include <lightwell/result.hpp>
+#include <vector>
+
+#include "calibration/geometry/sightings.hpp"
+
+namespace lightwell::calibration {
+
+/// What is fitted, before and after.
+struct BundleState {
+  std::vector<ModelParameters> lenses;
+  std::vector<Pose> lens_from_rig;      ///< T_lens_rig; of lens 0 the identity.
+  std::vector<Pose> rig_from_world;     ///< By capture.
+  std::vector<Pose> world_from_board;   ///< Of board 0 the identity.
+  /// How much later than lens 0 lens 1 takes its pictures, s.
+  double time_offset_s = 0;
+};
+
+struct BundleOptions {
+  bool time_offset = false;  ///< Fit it; the rig has to move.
+  /// Residuals from here on count less and less (Huber), in pixels.
+  double robust_px = 1;
+  int most_iterations = 200;
+};
+
+/// One sighting's error after the fit.
+struct Residual {
+  int picture = 0;
+  int sighting = 0;
+  double x_px = 0, y_px = 0;  ///< Predicted less seen.
+};
+
+/// Square matrices, row by row.
+struct BundleFit {
+  BundleState state;
+  std::vector<Residual> residuals;
+  double rms_px = 0;    ///< Of both coordinates together.
+  double sigma_px = 0;  ///< Of one coordinate, from the residuals' spread; what the covariances are scaled by.
+  /// By lens, of the model's numbers in projection.hpp's order.
+  std::vector<std::vector<double>> lens_covariance;
+  /// Of T_lens1_rig: a turn about lens 1's axes (rad), then its translation (m). Empty for one lens.
+  std::vector<double> pair_covariance;
+  double time_offset_sigma_s = 0;
+};
+
+/// From a good start to the best fit. failed_precondition where the solver does not converge or something cannot be told
+/// from the sightings (the message says what).
+[[nodiscard]] Result<BundleFit> fit_bundle(const Sightings& sightings, const BundleState& start, const BundleOptions& options);
+
+}  // namespace lightwell::calibration

@@ -1,0 +1,49 @@
+// Calibrates lenses from pictures of boards: from nothing but the sightings to a model, with the covariance of what was
+// found. One lens and one board; or two lenses back to back and several boards around them, whose relative poses are found
+// in the same fit.
+#pragma once
+
+#include <array>
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
+#include <string>
+#include <vector>
+
+#include "calibration/geometry/bundle.hpp"
+#include "calibration/geometry/sightings.hpp"
+
+namespace lightwell::calibration {
+
+enum class LensKind { kannala_brandt, double_sphere, mei };
+
+struct GeometryOptions {
+  LensKind kind = LensKind::kannala_brandt;
+  /// Fit how much later than lens 0 lens 1 takes its pictures; the rig has to move and Picture::time_s to be given.
+  bool time_offset = false;
+};
+
+struct LensFit {
+  ModelParameters model;
+  std::vector<double> covariance;  ///< Of its numbers in projection.hpp's order, row by row.
+  double seen_rad = 0;             ///< The largest angle from the axis at which a point was seen.
+  double largest_rad = 0;          ///< Where the model ends.
+  /// What three deviations of the model's numbers do to directions, RMS over the angles that were seen, rad.
+  double direction_uncertainty_rad = 0;
+};
+
+struct GeometryFit {
+  std::vector<LensFit> lenses;
+  /// T_lens1_lens0, _cv axes, and its covariance: a turn about lens 1's axes (rad), then a translation (m). Of two lenses.
+  Pose pair;
+  std::vector<double> pair_covariance;
+  double time_offset_s = 0, time_offset_sigma_s = 0;
+  BundleFit bundle;
+  std::vector<std::string> notes;  ///< Worth saying: sightings that were left out, angles that were not seen.
+};
+
+/// invalid_argument where sightings are no sightings (sizes, indices, NaN); failed_precondition where they do not tell: too
+/// few pictures or points, one tag alone, boards that all face the lens, boards or lenses that nothing joins. The message
+/// says what to do.
+[[nodiscard]] Result<GeometryFit> calibrate_geometry(const Sightings& sightings, const GeometryOptions& options);
+
+}  // namespace lightwell::calibration

@@ -1,0 +1,289 @@
+#include "calibration/geometry/initial.hpp"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "calibration/geometry/board_pose.hpp"
+#include "calibration/projection.hpp"
+
+namespace lightwell::calibration {
+namespace {
+
+using std::numbers::pi;
+
+/// Fields of view to start from, of the picture's shorter side; each reaches those about it.
+constexpr double kFields_deg[] = {60, 100, 140, 180, 220};
+/// A board's pose is worth having from so many points on.
+constexpr std::size_t kLeastPoints = 4;
+/// Points that are this many medians from where a pose puts them, or of this angle where that is more, are left out of it.
+constexpr double kFarOff = 5, kNear_rad = 2e-3;
+constexpr int kPoseRounds = 6;
+
+LensParameters equidistant(const LensSize& size, double field_rad) {
+  LensParameters lens;
+  lens.width = size.width;
+  lens.height = size.height;
+  const double f = 0.5 * std::min(size.width, size.height) / (0.5 * field_rad);
+  lens.model = KannalaBrandtParameters{f, f, 0.5 * (size.width - 1), 0.5 * (size.height - 1), 0, 0, 0, 0};
+  lens.max_angle_rad = pi;
+  return lens;
+}
+
+/// Without the few points that are elsewhere than they seem: what is many times further off than half of them is left out,
+/// and the rest tried again.
+std::optional<Pose> pose_of(const Sightings& all, const Picture& picture, int board, const CameraModel& camera) {
+  std::vector<Vec3d> points, directions;
+  for (const Sighting& s : picture.sightings) {
+    if (s.board != board) continue;
+    const std::optional<Vec3d> d = camera.unproject(s.pixel);
+    if (!d) continue;
+    points.push_back(all.boards[static_cast<std::size_t>(board)].points[static_cast<std::size_t>(s.point)]);
+    directions.push_back(*d);
+  }
+  std::optional<Pose> pose;
+  for (int round = 0; round < kPoseRounds && points.size() >= kLeastPoints; ++round) {
+    pose = board_pose(points, directions);
+    if (!pose) return pose;
+    std::vector<double> off;
+    for (std::size_t k = 0; k < points.size(); ++k)
+      off.push_back(angle_between(rotate(pose->rotation, points[k]) + pose->translation, directions[k]));
+    std::vector<double> sorted = off;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    const double limit = kFarOff * std::max(sorted[sorted.size() / 2], kNear_rad);
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      if (off[k] > limit) continue;
+      points[kept] = points[k];
+      directions[kept++] = directions[k];
+    }
+    if (kept == points.size()) return pose;
+    points.resize(kept);
+    directions.resize(kept);
+  }
+  return points.size() >= kLeastPoints ? board_pose(points, directions) : std::nullopt;
+}
+
+/// One lens's sightings with each board of each picture as a capture of its own of one board that has all points.
+struct Apart {
+  Sightings sightings;
+  BundleState state;
+  std::vector<std::pair<std::size_t, int>> captures;  ///< Picture and board that each was.
+};
+
+Apart taken_apart(const Sightings& all, int lens, const LensParameters& guess) {
+  Apart out;
+  out.sightings.lenses = {all.lenses[static_cast<std::size_t>(lens)]};
+  std::vector<int> first_point;
+  Board every;
+  for (const Board& b : all.boards) {
+    first_point.push_back(static_cast<int>(every.points.size()));
+    every.points.insert(every.points.end(), b.points.begin(), b.points.end());
+  }
+  out.sightings.boards = {every};
+  out.state.lenses = {guess.model};
+  out.state.lens_from_rig = {Pose{}};
+  out.state.world_from_board = {Pose{}};
+  const CameraModel camera(guess);
+  for (std::size_t i = 0; i < all.pictures.size(); ++i) {
+    if (all.pictures[i].lens != lens) continue;
+    for (int b = 0; b < static_cast<int>(all.boards.size()); ++b) {
+      const std::optional<Pose> pose = pose_of(all, all.pictures[i], b, camera);
+      if (!pose) continue;
+      Picture picture;
+      picture.capture = static_cast<int>(out.captures.size());
+      for (const Sighting& s : all.pictures[i].sightings)
+        if (s.board == b) picture.sightings.push_back({0, first_point[static_cast<std::size_t>(b)] + s.point, s.pixel});
+      out.sightings.pictures.push_back(std::move(picture));
+      out.state.rig_from_world.push_back(*pose);
+      out.captures.emplace_back(i, b);
+    }
+  }
+  return out;
+}
+
+Pose compose(const Pose& a, const Pose& b) {
+  return {a.rotation * b.rotation, rotate(a.rotation, b.translation) + a.translation};
+}
+
+Pose inverse(const Pose& p) {
+  const Quat q = p.rotation.inverse();
+  return {q, -rotate(q, p.translation)};
+}
+
+}  // namespace
+
+Result<LensStart> start_of_lens(const Sightings& sightings, int lens) {
+  LensStart best;
+  best.rms_px = std::numeric_limits<double>::infinity();
+  for (const double field : kFields_deg) {
+    const Apart start = taken_apart(sightings, lens, equidistant(sightings.lenses[static_cast<std::size_t>(lens)], field * pi / 180));
+    if (start.captures.empty()) continue;
+    // A start from afar pulls in far sightings, too, so that all count alike at first.
+    BundleOptions options;
+    options.robust_px = 20;
+    options.most_iterations = 60;
+    const Result<BundleFit> fit = fit_bundle(start.sightings, start.state, options);
+    if (!fit || !(fit->rms_px < best.rms_px)) continue;
+    best.lens = std::get<KannalaBrandtParameters>(fit->state.lenses[0]);
+    best.rms_px = fit->rms_px;
+    best.board_poses.assign(sightings.pictures.size(), std::vector<std::optional<Pose>>(sightings.boards.size()));
+    best.tilt_rad = 0;
+    std::vector<Vec3d> normals;
+    for (std::size_t k = 0; k < start.captures.size(); ++k) {
+      const auto [picture, board] = start.captures[k];
+      best.board_poses[picture][static_cast<std::size_t>(board)] = fit->state.rig_from_world[k];
+      normals.push_back(rotate(fit->state.rig_from_world[k].rotation, Vec3d{0, 0, 1}));
+    }
+    for (const Vec3d& a : normals)
+      for (const Vec3d& b : normals) best.tilt_rad = std::max(best.tilt_rad, angle_between(a, b));
+  }
+  if (!std::isfinite(best.rms_px))
+    return Status(StatusCode::failed_precondition,
+                  "calibration: lens " + std::to_string(lens) +
+                      ": no lens explains the pictures; check the board's size and spacing, and that all pictures are of this lens");
+  return best;
+}
+
+Result<BundleState> join(const Sightings& sightings, const std::vector<LensStart>& lenses) {
+  const std::size_t boards = sightings.boards.size();
+  std::size_t captures = 0;
+  for (const Picture& p : sightings.pictures) captures = std::max(captures, static_cast<std::size_t>(p.capture) + 1);
+  std::vector<std::optional<Pose>> world_from_board(boards), rig_from_world(captures), lens_from_rig(lenses.size());
+  world_from_board[0] = Pose{};
+  lens_from_rig[0] = Pose{};
+
+  // Each sighting of a board, T_lens_board = T_lens_rig T_rig_world T_world_board, tells one of the three from the others.
+  // Round after round, those with the most points first, until nothing more is told.
+  struct Link {
+    std::size_t lens, capture, board, points;
+    Pose pose;
+  };
+  std::vector<Link> links;
+  for (std::size_t i = 0; i < sightings.pictures.size(); ++i) {
+    const Picture& p = sightings.pictures[i];
+    for (std::size_t b = 0; b < boards; ++b) {
+      const std::optional<Pose>& pose = lenses[static_cast<std::size_t>(p.lens)].board_poses[i][b];
+      if (!pose) continue;
+      const auto points = std::count_if(p.sightings.begin(), p.sightings.end(),
+                                        [&](const Sighting& s) { return static_cast<std::size_t>(s.board) == b; });
+      links.push_back({static_cast<std::size_t>(p.lens), static_cast<std::size_t>(p.capture), b, static_cast<std::size_t>(points), *pose});
+    }
+  }
+  std::stable_sort(links.begin(), links.end(), [](const Link& a, const Link& b) { return a.points > b.points; });
+  for (bool more = true; more;) {
+    more = false;
+    for (const Link& k : links) {
+      std::optional<Pose>&lens = lens_from_rig[k.lens], &rig = rig_from_world[k.capture], &board = world_from_board[k.board];
+      if (static_cast<int>(lens.has_value()) + static_cast<int>(rig.has_value()) + static_cast<int>(board.has_value()) != 2)
+        continue;
+      if (!rig) rig = compose(compose(inverse(*lens), k.pose), inverse(*board));
+      else if (!board) board = compose(inverse(compose(*lens, *rig)), k.pose);
+      else lens = compose(k.pose, inverse(compose(*rig, *board)));
+      more = true;
+      break;  // From the one with the most points again.
+    }
+  }
+  for (std::size_t b = 0; b < boards; ++b) {
+    if (world_from_board[b]) continue;
+    return Status(StatusCode::failed_precondition,
+                  "calibration: board '" + sightings.boards[b].name + "' is joined to '" + sightings.boards[0].name +
+                      "' by no picture; take pictures in which one lens sees both, or leave it out");
+  }
+  if (lens_from_rig.size() > 1 && !lens_from_rig[1])
+    return Status(StatusCode::failed_precondition,
+                  "calibration: no capture joins the two lenses; take some in which each of them sees a board");
+  BundleState out;
+  for (const LensStart& l : lenses) out.lenses.emplace_back(l.lens);
+  for (const auto& p : lens_from_rig) out.lens_from_rig.push_back(*p);
+  for (const auto& p : world_from_board) out.world_from_board.push_back(*p);
+  for (const auto& p : rig_from_world) out.rig_from_world.push_back(p.value_or(Pose{}));
+  return out;
+}
+
+namespace {
+
+/// One direction that both models are to put on the same pixel.
+template <class Model>
+struct SamePixel {
+  Vec3d direction;
+  PixelPosition pixel;
+
+  template <class T>
+  bool operator()(const T* lens, T* residual) const {
+    T u, v;
+    // Where the model ends before the angle does, a large error says so and its slope leads back.
+    if (!Model::project(lens, T(direction.x), T(direction.y), T(direction.z), u, v)) return false;
+    residual[0] = u - pixel.x;
+    residual[1] = v - pixel.y;
+    return true;
+  }
+};
+
+template <class Model>
+struct Of {};
+
+/// Models with the scale of `k` on the axis to start from: more than one valley leads down.
+std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<DoubleSphereModel> /*of*/) {
+  std::vector<std::array<double, 9>> out;
+  for (const double xi : {-0.4, -0.2, 0.0, 0.3})
+    for (const double alpha : {0.45, 0.55, 0.65}) out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, alpha});
+  return out;
+}
+std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<MeiModel> /*of*/) {
+  std::vector<std::array<double, 9>> out;
+  for (const double xi : {0.8, 1.2, 1.8, 3.0}) out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, 0, 0, 0, 0});
+  return out;
+}
+
+/// The error that is left; infinite where the start does not reach all angles.
+template <class Model>
+double fit_alike(const KannalaBrandtParameters& lens, double largest_rad, std::array<double, 9>& values) {
+  ceres::Problem problem;
+  const auto k = KannalaBrandtModel::values(lens);
+  constexpr int kThetas = 40, kAzimuths = 12;
+  for (int i = 1; i <= kThetas; ++i) {
+    for (int j = 0; j < kAzimuths; ++j) {
+      const double theta = largest_rad * i / kThetas, phi = 2 * pi * j / kAzimuths;
+      const Vec3d d{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+      PixelPosition p;
+      double start[2];
+      if (!KannalaBrandtModel::project(k.data(), d.x, d.y, d.z, p.x, p.y)) continue;
+      if (!Model::project(values.data(), d.x, d.y, d.z, start[0], start[1])) return std::numeric_limits<double>::infinity();
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<SamePixel<Model>, 2, static_cast<int>(Model::kParameters)>(
+                                   new SamePixel<Model>{d, p}),
+                               nullptr, values.data());
+    }
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = 200;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return summary.IsSolutionUsable() ? summary.final_cost : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+template <class Model>
+typename Model::Parameters alike(const KannalaBrandtParameters& lens, double largest_rad) {
+  std::array<double, 9> best{};
+  double least = std::numeric_limits<double>::infinity();
+  for (std::array<double, 9> values : first_numbers(lens, Of<Model>{})) {
+    const double left = fit_alike<Model>(lens, largest_rad, values);
+    if (!(left < least)) continue;
+    least = left;
+    best = values;
+  }
+  return Model::from(best.data());
+}
+
+template DoubleSphereParameters alike<DoubleSphereModel>(const KannalaBrandtParameters&, double);
+template MeiParameters alike<MeiModel>(const KannalaBrandtParameters&, double);
+
+}  // namespace lightwell::calibration

@@ -1,0 +1,124 @@
+// From a direction to a pixel, for any scalar: float, double, and the dual numbers that a solver differentiates with.
+//   KannalaBrandtModel  DoubleSphereModel  MeiModel
+//   with_model  numbers_of  with_numbers
+// A model has kParameters numbers, in the order in which its parameters struct names them: fx, fy, cx, cy, then its own.
+// Directions are in the lens's axes, _cv (x right, y down, z forward), of any length. The domain is CameraModel's business:
+// here false says only that there is no number to give.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <lightwell/calibration.hpp>
+#include <variant>
+#include <vector>
+
+namespace lightwell {
+
+/// Kannala & Brandt 2006, OpenCV's fisheye order: r = theta (1 + k1 theta² + ... + k4 theta⁸).
+struct KannalaBrandtModel {
+  using Parameters = KannalaBrandtParameters;
+  static constexpr std::size_t kParameters = 8;
+  static std::array<double, kParameters> values(const Parameters& k) {
+    return {k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.k3, k.k4};
+  }
+  static Parameters from(const double* p) { return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]}; }
+
+  template <class T>
+  static T radius(const T* p, const T& theta) {
+    const T t = theta * theta;
+    return theta * (T(1) + t * (p[4] + t * (p[5] + t * (p[6] + t * p[7]))));
+  }
+
+  template <class T>
+  static bool project(const T* p, const T& x, const T& y, const T& z, T& u, T& v) {
+    using std::atan2, std::sqrt;
+    const T across2 = x * x + y * y;
+    // About the axis r / across is 1 / z, and a square root has no derivative at zero. Nearer than this the next term is
+    // below the last digit.
+    T scale;
+    if (across2 <= T(1e-16) * z * z) {
+      if (!(z > T(0))) return false;
+      scale = T(1) / z;
+    } else {
+      const T across = sqrt(across2);
+      scale = radius(p, T(atan2(across, z))) / across;
+    }
+    u = p[0] * scale * x + p[2];
+    v = p[1] * scale * y + p[3];
+    return true;
+  }
+};
+
+/// Usenko, Demmel, Cremers 2018, eq. 40 to 42.
+struct DoubleSphereModel {
+  using Parameters = DoubleSphereParameters;
+  static constexpr std::size_t kParameters = 6;
+  static std::array<double, kParameters> values(const Parameters& d) { return {d.fx, d.fy, d.cx, d.cy, d.xi, d.alpha}; }
+  static Parameters from(const double* p) { return {p[0], p[1], p[2], p[3], p[4], p[5]}; }
+
+  template <class T>
+  static bool project(const T* p, const T& x, const T& y, const T& z, T& u, T& v) {
+    using std::sqrt;
+    const T across2 = x * x + y * y;
+    const T shifted = p[4] * sqrt(across2 + z * z) + z;
+    const T denominator = p[5] * sqrt(across2 + shifted * shifted) + (T(1) - p[5]) * shifted;
+    if (!(denominator > T(0))) return false;
+    u = p[0] * x / denominator + p[2];
+    v = p[1] * y / denominator + p[3];
+    return true;
+  }
+};
+
+/// Mei & Rives 2007, eq. 2 to 6, with the distortion in OpenCV's order (omnidir): the unit sphere seen from xi behind its
+/// centre, then k1, k2 along and p1, p2 across the radius.
+struct MeiModel {
+  using Parameters = MeiParameters;
+  static constexpr std::size_t kParameters = 9;
+  static std::array<double, kParameters> values(const Parameters& m) {
+    return {m.fx, m.fy, m.cx, m.cy, m.xi, m.k1, m.k2, m.p1, m.p2};
+  }
+  static Parameters from(const double* p) { return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]}; }
+
+  /// Of a point in the plane at distance one.
+  template <class T>
+  static void distort(const T* p, const T& x, const T& y, T& u, T& v) {
+    const T r2 = x * x + y * y, along = T(1) + r2 * (p[5] + r2 * p[6]), xy2 = T(2) * x * y;
+    u = x * along + p[7] * xy2 + p[8] * (r2 + T(2) * x * x);
+    v = y * along + p[7] * (r2 + T(2) * y * y) + p[8] * xy2;
+  }
+
+  template <class T>
+  static bool project(const T* p, const T& x, const T& y, const T& z, T& u, T& v) {
+    using std::sqrt;
+    const T denominator = z + p[4] * sqrt(x * x + y * y + z * z);
+    if (!(denominator > T(0))) return false;
+    T du, dv;
+    distort(p, T(x / denominator), T(y / denominator), du, dv);
+    u = p[0] * du + p[2];
+    v = p[1] * dv + p[3];
+    return true;
+  }
+};
+
+/// Calls `f(Model{}, parameters)` of the model that these are of; an equirectangular picture is none of them.
+template <class F>
+decltype(auto) with_model(const ModelParameters& model, F&& f) {
+  if (const auto* k = std::get_if<KannalaBrandtParameters>(&model)) return f(KannalaBrandtModel{}, *k);
+  if (const auto* d = std::get_if<DoubleSphereParameters>(&model)) return f(DoubleSphereModel{}, *d);
+  return f(MeiModel{}, std::get<MeiParameters>(model));
+}
+
+/// Its numbers in their order.
+[[nodiscard]] inline std::vector<double> numbers_of(const ModelParameters& model) {
+  return with_model(model, [](auto m, const auto& parameters) {
+    const auto values = decltype(m)::values(parameters);
+    return std::vector<double>(values.begin(), values.end());
+  });
+}
+
+/// The same kind of model with other numbers, as many as numbers_of() gives.
+[[nodiscard]] inline ModelParameters with_numbers(const ModelParameters& like, const double* numbers) {
+  return with_model(like, [&](auto m, const auto&) -> ModelParameters { return decltype(m)::from(numbers); });
+}
+
+}  // namespace lightwell

@@ -1,0 +1,248 @@
+// Shown boards, a lens is found again; shown too little, it says so.
+#include "calibration/geometry/geometry.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "calibration/geometry/board_pose.hpp"
+#include "calibration/projection.hpp"
+#include "firmware/calibration/shown_boards.hpp"
+
+namespace lightwell::calibration {
+namespace {
+
+using shown::one_lens;
+using shown::Show;
+using std::numbers::pi;
+using testing::HasSubstr;
+constexpr double kDegree = pi / 180;
+
+LensParameters lens_with(const ModelParameters& model) {
+  LensParameters lens;
+  lens.width = 1280;
+  lens.height = 960;
+  lens.model = model;
+  lens.max_angle_rad = 95 * kDegree;
+  lens.pose_cv.rotation = upright_lens_cv();
+  return lens;
+}
+LensParameters kannala_brandt() {
+  return lens_with(KannalaBrandtParameters{286, 285, 645, 473, -0.018, 0.0025, -0.0011, 1e-4});
+}
+LensParameters double_sphere() { return lens_with(DoubleSphereParameters{262, 261, 634, 488, -0.19, 0.59}); }
+LensParameters mei() { return lens_with(MeiParameters{740, 738, 641, 478, 1.5, -0.05, 0.02, 2e-4, -3e-4}); }
+
+GeometryFit fitted(const Sightings& s, const GeometryOptions& options) {
+  const Result<GeometryFit> fit = calibrate_geometry(s, options);
+  EXPECT_TRUE(fit) << fit.status().message();
+  return fit ? *fit : GeometryFit{};
+}
+
+/// RMS over all pixels within the lens's field, rad.
+double direction_error(const LensParameters& truth, const ModelParameters& found) {
+  LensParameters other = truth;
+  other.model = found;
+  other.max_angle_rad = pi;
+  const CameraModel a(truth), b(other);
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < truth.height; y += 8) {
+    for (int x = 0; x < truth.width; x += 8) {
+      const PixelPosition p{static_cast<double>(x), static_cast<double>(y)};
+      const auto d = a.unproject(p), e = b.unproject(p);
+      if (!d) continue;
+      EXPECT_TRUE(e) << x << " " << y;
+      if (e) sum += std::pow(angle_between(*d, *e), 2), ++count;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+struct Lens {
+  const char* name;
+  LensKind kind;
+  LensParameters truth;
+};
+class OneLens : public testing::TestWithParam<Lens> {};
+
+TEST_P(OneLens, IsFoundAgainFromFortyPictures) {
+  const Lens& lens = GetParam();
+  const GeometryFit fit = fitted(one_lens(lens.truth, {}), {.kind = lens.kind});
+  ASSERT_EQ(fit.lenses.size(), 1U);
+  EXPECT_NEAR(fit.bundle.sigma_px, 0.2, 0.02);
+  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), 0.05 * kDegree) << "RMS over the whole lens";
+  EXPECT_GT(fit.lenses[0].seen_rad, 93 * kDegree);
+  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), fit.lenses[0].direction_uncertainty_rad) << "three deviations";
+}
+
+TEST_P(OneLens, WithoutNoiseIsFoundExactly) {
+  const Lens& lens = GetParam();
+  const GeometryFit fit = fitted(one_lens(lens.truth, {.noise_px = 0}), {.kind = lens.kind});
+  ASSERT_EQ(fit.lenses.size(), 1U);
+  EXPECT_LT(fit.bundle.rms_px, 1e-5);
+  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), 1e-5 * kDegree);
+}
+
+TEST_P(OneLens, IsFoundThoughOnePointInFiftyIsAnywhere) {
+  const Lens& lens = GetParam();
+  const GeometryFit fit = fitted(one_lens(lens.truth, {.wrong_share = 0.02}), {.kind = lens.kind});
+  ASSERT_EQ(fit.lenses.size(), 1U);
+  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), 0.05 * kDegree);
+  EXPECT_FALSE(fit.notes.empty()) << "and says that it left some out";
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, OneLens,
+                         testing::Values(Lens{"KannalaBrandt", LensKind::kannala_brandt, kannala_brandt()},
+                                         Lens{"DoubleSphere", LensKind::double_sphere, double_sphere()},
+                                         Lens{"Mei", LensKind::mei, mei()}),
+                         [](const auto& each) { return std::string(each.param.name); });
+
+TEST(OneLensOfAnyKind, HasItsFocalLengthWithinATenthOfAPercent) {
+  const LensParameters truth = kannala_brandt();
+  const auto& wanted = std::get<KannalaBrandtParameters>(truth.model);
+  const GeometryFit fit = fitted(one_lens(truth, {}), {});
+  ASSERT_EQ(fit.lenses.size(), 1U);
+  const auto& found = std::get<KannalaBrandtParameters>(fit.lenses[0].model);
+  EXPECT_NEAR(found.fx / wanted.fx, 1, 1e-3);
+  EXPECT_NEAR(found.fy / wanted.fy, 1, 1e-3);
+}
+
+TEST(OneLensOfAnyKind, SaysWhatItLacks) {
+  const auto refused = [](const Sightings& s, const char* what) {
+    const Result<GeometryFit> fit = calibrate_geometry(s, {});
+    ASSERT_FALSE(fit) << what;
+    EXPECT_EQ(fit.status().code(), StatusCode::failed_precondition);
+    EXPECT_THAT(fit.status().message(), HasSubstr(what));
+  };
+  refused(one_lens(kannala_brandt(), {.pictures = 4}), "take at least 5");
+
+  // Straight ahead, square to the axis, at one distance.
+  Show frontal{.tilt_rad = 0};
+  Sightings facing = one_lens(kannala_brandt(), frontal);
+  const CameraModel camera(kannala_brandt());
+  for (Picture& p : facing.pictures) {
+    p.sightings.clear();
+    for (int k = 0; k < 144; ++k) {
+      const Vec3d at = facing.boards[0].points[static_cast<std::size_t>(k)] + Vec3d{-0.11, -0.11, 0.3 + 0.01 * p.capture};
+      const auto pixel = camera.project(at);
+      ASSERT_TRUE(pixel);
+      p.sightings.push_back({0, k, *pixel});
+    }
+  }
+  refused(facing, "tilt the board");
+
+  Sightings single = one_lens(kannala_brandt(), {});
+  for (Picture& p : single.pictures) std::erase_if(p.sightings, [](const Sighting& s) { return s.point >= 4; });
+  refused(single, "one tag alone");
+}
+
+TEST(OneLensOfAnyKind, RefusesWhatIsNoSighting) {
+  const auto refused = [](const Sightings& s, const char* what) {
+    const Result<GeometryFit> fit = calibrate_geometry(s, {});
+    ASSERT_FALSE(fit) << what;
+    EXPECT_EQ(fit.status().code(), StatusCode::invalid_argument);
+    EXPECT_THAT(fit.status().message(), HasSubstr(what));
+  };
+  const Sightings good = one_lens(kannala_brandt(), {});
+  Sightings s = good;
+  s.pictures[3].sightings[2].pixel.x = std::nan("");
+  refused(s, "picture 3");
+  s = good;
+  s.pictures[3].sightings[2].pixel.x = 2000;
+  refused(s, "outside its 1280x960 pixels");
+  s = good;
+  s.pictures[3].sightings[2].point = 999;
+  refused(s, "that no board has");
+  s = good;
+  s.pictures[0].lens = 1;
+  refused(s, "is of lens 1");
+  s = good;
+  s.boards[0].points[5].z = 0.01;
+  refused(s, "not flat");
+}
+
+/// Back to back, 30 mm apart, a little askew.
+shown::Pair back_to_back() {
+  return {kannala_brandt(), {Quat::about(normalized(Vec3d{0.02, 1, -0.01}), 179.2 * kDegree), {0.002, -0.001, -0.03}}, 0};
+}
+
+void expect_pair(const GeometryFit& fit, const Pose& truth) {
+  const Quat turn = fit.pair.rotation * truth.rotation.inverse();
+  EXPECT_LT(2 * std::asin(std::min(1.0, std::hypot(turn.x, turn.y, turn.z))), 0.1 * kDegree);
+  EXPECT_LT(length(fit.pair.translation - truth.translation), 1e-3) << "m";
+}
+
+TEST(PairOfLenses, IsFoundAmongFourBoards) {
+  const shown::Pair pair = back_to_back();
+  const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {});
+  ASSERT_EQ(fit.lenses.size(), 2U);
+  expect_pair(fit, pair.lens1_from_lens0);
+  for (const LensFit& lens : fit.lenses) EXPECT_LT(direction_error(pair.lens, lens.model), 0.05 * kDegree);
+}
+
+TEST(PairOfLenses, TellsHowMuchLaterTheSecondOneTakesItsPictures) {
+  shown::Pair pair = back_to_back();
+  pair.later_s = 0.004;
+  const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {.time_offset = true});
+  ASSERT_EQ(fit.lenses.size(), 2U);
+  EXPECT_NEAR(fit.time_offset_s, pair.later_s, 1e-4);
+  EXPECT_NEAR(fit.time_offset_s, pair.later_s, 3 * fit.time_offset_sigma_s + 2e-5) << "twenty captures a second are not a line";
+  expect_pair(fit, pair.lens1_from_lens0);
+}
+
+TEST(PairOfLenses, ThatNothingJoinsIsNoPair) {
+  const shown::Pair pair = back_to_back();
+  Sightings s = shown::pair_of_lenses(pair, {.pictures = 60});
+  // The lenses never look at once.
+  for (Picture& p : s.pictures)
+    if (p.capture % 2 == p.lens) p.sightings.clear();
+  const Result<GeometryFit> fit = calibrate_geometry(s, {});
+  ASSERT_FALSE(fit);
+  EXPECT_THAT(fit.status().message(), HasSubstr("no capture joins the two lenses"));
+}
+
+TEST(PairOfLenses, BoardsThatNothingJoinsAreNamed) {
+  Sightings s = one_lens(kannala_brandt(), {});
+  s.boards.push_back(s.boards[0]);
+  s.boards[0].name = "left", s.boards[1].name = "right";
+  for (Picture& p : s.pictures)
+    if (p.capture % 2 != 0)
+      for (Sighting& k : p.sightings) k.board = 1;
+  const Result<GeometryFit> fit = calibrate_geometry(s, {});
+  ASSERT_FALSE(fit);
+  EXPECT_THAT(fit.status().message(), HasSubstr("'right'"));
+}
+
+TEST(BoardPose, IsFoundWhereverTheBoardIs) {
+  const Board board = shown::board();
+  for (int i = 0; i < 50; ++i) {
+    const double a = i;
+    const Pose truth{Quat{std::sin(a), std::cos(2 * a), std::sin(3 * a), 0.3}.normalized(), {std::sin(5 * a), std::cos(7 * a), std::sin(11 * a)}};
+    std::vector<Vec3d> directions;
+    for (const Vec3d& p : board.points) directions.push_back(normalized(rotate(truth.rotation, p) + truth.translation));
+    const auto found = board_pose(board.points, directions);
+    ASSERT_TRUE(found) << i;
+    EXPECT_LT(length(found->translation - truth.translation), 1e-6) << i;
+    const Quat q = found->rotation * truth.rotation.inverse();
+    EXPECT_LT(std::hypot(q.x, q.y, q.z), 1e-6) << i;
+  }
+}
+
+TEST(BoardPose, OfPointsThatDoNotTellIsNone) {
+  const std::vector<Vec3d> line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  std::vector<Vec3d> directions;
+  for (const Vec3d& p : line) directions.push_back(normalized(p + Vec3d{0, 0, 3}));
+  EXPECT_FALSE(board_pose(line, directions));
+  EXPECT_FALSE(board_pose(std::span(line).first(3), std::span(directions).first(3)));
+  const std::vector<Vec3d> same(6, Vec3d{1, 1, 0}), ahead(6, Vec3d{0, 0, 1});
+  EXPECT_FALSE(board_pose(same, ahead));
+  const std::vector<Vec3d> square = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const std::vector<Vec3d> none(4, Vec3d{std::nan(""), 0, 1});
+  EXPECT_FALSE(board_pose(square, none));
+}
+
+}  // namespace
+}  // namespace lightwell::calibration

@@ -1,0 +1,134 @@
+#include "firmware/calibration/shown_boards.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace lightwell::shown {
+namespace {
+
+using calibration::Board;
+using calibration::Picture;
+using calibration::Sightings;
+using std::numbers::pi;
+
+Vec3d at_angles(double theta, double phi) {
+  return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+}
+
+/// The shortest turn that brings +z to `to`.
+Quat turned_to(Vec3d to) {
+  const Vec3d z{0, 0, 1}, axis = normalized(cross(z, to));
+  return axis == Vec3d{} ? Quat{} : Quat::about(axis, angle_between(z, to));
+}
+
+Pose compose(const Pose& a, const Pose& b) { return {a.rotation * b.rotation, rotate(a.rotation, b.translation) + a.translation}; }
+
+class Shower {
+ public:
+  Shower(const Show& show) : show_(show), random_(show.seed) {}
+
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+
+  /// What of a board lands on the picture, facing the lens.
+  void add(const LensParameters& lens, const Board& board, int number, const Pose& lens_from_board, Picture& out) {
+    const CameraModel camera(lens);
+    for (std::size_t k = 0; k < board.points.size(); ++k) {
+      const Vec3d p = rotate(lens_from_board.rotation, board.points[k]) + lens_from_board.translation;
+      // The printed side looks along -z, to whoever has it in front.
+      if (dot(rotate(lens_from_board.rotation, Vec3d{0, 0, 1}), normalized(p)) < std::cos(75 * pi / 180)) continue;
+      const auto pixel = camera.project(p);
+      if (!pixel) continue;
+      PixelPosition seen{pixel->x + show_.noise_px * normal_(random_), pixel->y + show_.noise_px * normal_(random_)};
+      if (uniform(0, 1) < show_.wrong_share) seen = {uniform(0, lens.width - 1.0), uniform(0, lens.height - 1.0)};
+      if (seen.x < 0 || seen.y < 0 || seen.x > lens.width - 1 || seen.y > lens.height - 1) continue;
+      out.sightings.push_back({number, static_cast<int>(k), seen});
+    }
+  }
+
+  /// A board's pose before a lens, its middle at an angle from the axis.
+  Pose before(const Board& board, double theta) {
+    const Vec3d to = at_angles(theta, uniform(0, 2 * pi));
+    const Quat q = turned_to(to) * Quat::about({0, 0, 1}, uniform(0, 2 * pi)) *
+                   Quat::about(normalized(Vec3d{uniform(-1, 1), uniform(-1, 1), 0.01}), uniform(-show_.tilt_rad, show_.tilt_rad));
+    const Vec3d middle = (board.points.front() + board.points.back()) * 0.5;
+    return {q, to * uniform(show_.nearest_m, show_.farthest_m) - rotate(q, middle)};
+  }
+
+ private:
+  Show show_;
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+}  // namespace
+
+Board board() {
+  constexpr double kTag = 0.03, kStep = 0.039;
+  Board out{"board", {}};
+  for (int row = 0; row < 6; ++row)
+    for (int column = 0; column < 6; ++column)
+      for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}})
+        out.points.push_back({column * kStep + x * kTag, row * kStep + y * kTag, 0});
+  return out;
+}
+
+Sightings one_lens(const LensParameters& lens, const Show& show) {
+  Shower shower(show);
+  Sightings out;
+  out.lenses = {{lens.width, lens.height}};
+  out.boards = {board()};
+  for (int i = 0; i < show.pictures; ++i) {
+    Picture picture;
+    picture.name = "picture " + std::to_string(i);
+    picture.capture = i;
+    // From the axis to the edge and a little beyond, so that the edge itself is seen.
+    const double theta = lens.max_angle_rad * (i + 0.5) / show.pictures;
+    shower.add(lens, out.boards[0], 0, shower.before(out.boards[0], theta), picture);
+    out.pictures.push_back(std::move(picture));
+  }
+  return out;
+}
+
+Sightings pair_of_lenses(const Pair& pair, const Show& show) {
+  constexpr int kBoards = 4;
+  constexpr double kRate = 20;
+  Shower shower(show);
+  Sightings out;
+  out.lenses = {{pair.lens.width, pair.lens.height}, {pair.lens.width, pair.lens.height}};
+  // A square of boards around the origin, each looking inwards and leaning a little.
+  std::vector<Pose> world_from_board;
+  for (int b = 0; b < kBoards; ++b) {
+    out.boards.push_back(board());
+    out.boards.back().name = "board " + std::to_string(b);
+    const Vec3d to = normalized(Vec3d{std::cos(pi / 2 * b + 0.2), 0.2 * (b % 2) - 0.1, std::sin(pi / 2 * b + 0.2)});
+    const Quat q = turned_to(to) * Quat::about({1, 0, 0}, shower.uniform(-0.3, 0.3));
+    world_from_board.push_back({q, to * 0.45 - rotate(q, (out.boards.back().points.front() + out.boards.back().points.back()) * 0.5)});
+  }
+  // The rig tumbles smoothly: sums of sines, whose slopes are those of a hand.
+  double phase[6];
+  for (double& p : phase) p = shower.uniform(0, 2 * pi);
+  const auto rig_from_world = [&](double t) {
+    const Quat q = Quat::about({0, 1, 0}, 1.3 * t + phase[0]) * Quat::about({1, 0, 0}, 0.8 * std::sin(1.1 * t + phase[1])) *
+                   Quat::about({0, 0, 1}, 0.9 * std::sin(0.7 * t + phase[2]));
+    return Pose{q, {0.08 * std::sin(0.9 * t + phase[3]), 0.06 * std::sin(1.3 * t + phase[4]), 0.08 * std::sin(0.8 * t + phase[5])}};
+  };
+  for (int i = 0; i < show.pictures; ++i) {
+    const double t = i / kRate;
+    for (int lens = 0; lens < 2; ++lens) {
+      Picture picture;
+      picture.name = "capture " + std::to_string(i) + ", lens " + std::to_string(lens);
+      picture.lens = lens;
+      picture.capture = i;
+      picture.time_s = t;
+      Pose from_world = rig_from_world(lens == 1 ? t + pair.later_s : t);
+      if (lens == 1) from_world = compose(pair.lens1_from_lens0, from_world);
+      for (int b = 0; b < kBoards; ++b)
+        shower.add(pair.lens, out.boards[static_cast<std::size_t>(b)], b, compose(from_world, world_from_board[static_cast<std::size_t>(b)]), picture);
+      out.pictures.push_back(std::move(picture));
+    }
+  }
+  return out;
+}
+
+}  // namespace lightwell::shown

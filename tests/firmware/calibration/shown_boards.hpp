@@ -1,0 +1,37 @@
+// Boards shown to lenses that are known: what a detector would have seen, with the noise that it has.
+#pragma once
+
+#include <cstdint>
+#include <lightwell/calibration.hpp>
+#include <vector>
+
+#include "calibration/geometry/sightings.hpp"
+
+namespace lightwell::shown {
+
+/// 6 x 6 tags of 30 mm with gaps of 9 mm, 144 corners.
+[[nodiscard]] calibration::Board board();
+
+struct Show {
+  int pictures = 40;
+  double noise_px = 0.2;  ///< Of each coordinate, Gaussian.
+  double tilt_rad = 0.7;  ///< Boards are turned away from the lens by up to this.
+  double nearest_m = 0.15, farthest_m = 0.5;
+  double wrong_share = 0;  ///< Of corners that are anywhere.
+  std::uint32_t seed = 1;
+};
+
+/// One board shown to one lens, all over its field.
+[[nodiscard]] calibration::Sightings one_lens(const LensParameters& lens, const Show& show);
+
+/// Where lens 1 of a pair is and when it takes its pictures.
+struct Pair {
+  LensParameters lens;
+  Pose lens1_from_lens0;  ///< T_lens1_lens0, _cv.
+  double later_s = 0;
+};
+
+/// Four boards around a pair that is turned and moved among them, 20 captures a second.
+[[nodiscard]] calibration::Sightings pair_of_lenses(const Pair& pair, const Show& show);
+
+}  // namespace lightwell::shown
