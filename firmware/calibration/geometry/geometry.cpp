@@ -221,6 +221,7 @@ Result<GeometryFit> calibrate_geometry(const Sightings& given, const GeometryOpt
     out.time_offset_sigma_s = fit->time_offset_sigma_s;
   }
   out.bundle = std::move(*fit);
+  out.used = std::move(sightings);
   return out;
 }
 

@@ -38,6 +38,7 @@ struct GeometryFit {
   std::vector<double> pair_covariance;
   double time_offset_s = 0, time_offset_sigma_s = 0;
   BundleFit bundle;
+  Sightings used;  ///< Those of the bundle: what was given less what was left out.
   std::vector<std::string> notes;  ///< Worth saying: sightings that were left out, angles that were not seen.
 };
 

@@ -9,31 +9,20 @@
 
 #include "calibration/geometry/board_pose.hpp"
 #include "calibration/projection.hpp"
+#include "firmware/calibration/lens_trials.hpp"
 #include "firmware/calibration/shown_boards.hpp"
 
 namespace lightwell::calibration {
 namespace {
 
+using shown::direction_error;
 using shown::one_lens;
 using shown::Show;
 using std::numbers::pi;
 using testing::HasSubstr;
 constexpr double kDegree = pi / 180;
 
-LensParameters lens_with(const ModelParameters& model) {
-  LensParameters lens;
-  lens.width = 1280;
-  lens.height = 960;
-  lens.model = model;
-  lens.max_angle_rad = 95 * kDegree;
-  lens.pose_cv.rotation = upright_lens_cv();
-  return lens;
-}
-LensParameters kannala_brandt() {
-  return lens_with(KannalaBrandtParameters{286, 285, 645, 473, -0.018, 0.0025, -0.0011, 1e-4});
-}
-LensParameters double_sphere() { return lens_with(DoubleSphereParameters{262, 261, 634, 488, -0.19, 0.59}); }
-LensParameters mei() { return lens_with(MeiParameters{740, 738, 641, 478, 1.5, -0.05, 0.02, 2e-4, -3e-4}); }
+LensParameters kannala_brandt() { return shown::lens_of(LensKind::kannala_brandt); }
 
 GeometryFit fitted(const Sightings& s, const GeometryOptions& options) {
   const Result<GeometryFit> fit = calibrate_geometry(s, options);
@@ -41,63 +30,45 @@ GeometryFit fitted(const Sightings& s, const GeometryOptions& options) {
   return fit ? *fit : GeometryFit{};
 }
 
-/// RMS over all pixels within the lens's field, rad.
-double direction_error(const LensParameters& truth, const ModelParameters& found) {
-  LensParameters other = truth;
-  other.model = found;
-  other.max_angle_rad = pi;
-  const CameraModel a(truth), b(other);
-  double sum = 0;
-  int count = 0;
-  for (int y = 0; y < truth.height; y += 8) {
-    for (int x = 0; x < truth.width; x += 8) {
-      const PixelPosition p{static_cast<double>(x), static_cast<double>(y)};
-      const auto d = a.unproject(p), e = b.unproject(p);
-      if (!d) continue;
-      EXPECT_TRUE(e) << x << " " << y;
-      if (e) sum += std::pow(angle_between(*d, *e), 2), ++count;
-    }
-  }
-  return std::sqrt(sum / count);
-}
-
 struct Lens {
   const char* name;
   LensKind kind;
-  LensParameters truth;
 };
 class OneLens : public testing::TestWithParam<Lens> {};
 
 TEST_P(OneLens, IsFoundAgainFromFortyPictures) {
   const Lens& lens = GetParam();
-  const GeometryFit fit = fitted(one_lens(lens.truth, {}), {.kind = lens.kind});
+  const LensParameters truth = shown::lens_of(lens.kind);
+  const GeometryFit fit = fitted(one_lens(truth, {}), {.kind = lens.kind});
   ASSERT_EQ(fit.lenses.size(), 1U);
   EXPECT_NEAR(fit.bundle.sigma_px, 0.2, 0.02);
-  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), 0.05 * kDegree) << "RMS over the whole lens";
+  EXPECT_LT(direction_error(truth, fit.lenses[0].model), 0.05 * kDegree) << "RMS over the whole lens";
   EXPECT_GT(fit.lenses[0].seen_rad, 93 * kDegree);
-  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), fit.lenses[0].direction_uncertainty_rad) << "three deviations";
+  EXPECT_LT(direction_error(truth, fit.lenses[0].model), fit.lenses[0].direction_uncertainty_rad) << "three deviations";
 }
 
 TEST_P(OneLens, WithoutNoiseIsFoundExactly) {
   const Lens& lens = GetParam();
-  const GeometryFit fit = fitted(one_lens(lens.truth, {.noise_px = 0}), {.kind = lens.kind});
+  const LensParameters truth = shown::lens_of(lens.kind);
+  const GeometryFit fit = fitted(one_lens(truth, {.noise_px = 0}), {.kind = lens.kind});
   ASSERT_EQ(fit.lenses.size(), 1U);
   EXPECT_LT(fit.bundle.rms_px, 1e-5);
-  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), 1e-5 * kDegree);
+  EXPECT_LT(direction_error(truth, fit.lenses[0].model), 1e-5 * kDegree);
 }
 
 TEST_P(OneLens, IsFoundThoughOnePointInFiftyIsAnywhere) {
   const Lens& lens = GetParam();
-  const GeometryFit fit = fitted(one_lens(lens.truth, {.wrong_share = 0.02}), {.kind = lens.kind});
+  const LensParameters truth = shown::lens_of(lens.kind);
+  const GeometryFit fit = fitted(one_lens(truth, {.wrong_share = 0.02}), {.kind = lens.kind});
   ASSERT_EQ(fit.lenses.size(), 1U);
-  EXPECT_LT(direction_error(lens.truth, fit.lenses[0].model), 0.05 * kDegree);
+  EXPECT_LT(direction_error(truth, fit.lenses[0].model), 0.05 * kDegree);
   EXPECT_FALSE(fit.notes.empty()) << "and says that it left some out";
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, OneLens,
-                         testing::Values(Lens{"KannalaBrandt", LensKind::kannala_brandt, kannala_brandt()},
-                                         Lens{"DoubleSphere", LensKind::double_sphere, double_sphere()},
-                                         Lens{"Mei", LensKind::mei, mei()}),
+                         testing::Values(Lens{"KannalaBrandt", LensKind::kannala_brandt},
+                                         Lens{"DoubleSphere", LensKind::double_sphere},
+                                         Lens{"Mei", LensKind::mei}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 TEST(OneLensOfAnyKind, HasItsFocalLengthWithinATenthOfAPercent) {
@@ -164,19 +135,14 @@ TEST(OneLensOfAnyKind, RefusesWhatIsNoSighting) {
   refused(s, "not flat");
 }
 
-/// Back to back, 30 mm apart, a little askew.
-shown::Pair back_to_back() {
-  return {kannala_brandt(), {Quat::about(normalized(Vec3d{0.02, 1, -0.01}), 179.2 * kDegree), {0.002, -0.001, -0.03}}, 0};
-}
-
 void expect_pair(const GeometryFit& fit, const Pose& truth) {
-  const Quat turn = fit.pair.rotation * truth.rotation.inverse();
-  EXPECT_LT(2 * std::asin(std::min(1.0, std::hypot(turn.x, turn.y, turn.z))), 0.1 * kDegree);
-  EXPECT_LT(length(fit.pair.translation - truth.translation), 1e-3) << "m";
+  const shown::PairError off = shown::pair_error(truth, fit.pair);
+  EXPECT_LT(off.turn_rad, 0.1 * kDegree);
+  EXPECT_LT(off.shift_m, 1e-3);
 }
 
 TEST(PairOfLenses, IsFoundAmongFourBoards) {
-  const shown::Pair pair = back_to_back();
+  const shown::Pair pair = shown::back_to_back();
   const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {});
   ASSERT_EQ(fit.lenses.size(), 2U);
   expect_pair(fit, pair.lens1_from_lens0);
@@ -184,7 +150,7 @@ TEST(PairOfLenses, IsFoundAmongFourBoards) {
 }
 
 TEST(PairOfLenses, TellsHowMuchLaterTheSecondOneTakesItsPictures) {
-  shown::Pair pair = back_to_back();
+  shown::Pair pair = shown::back_to_back();
   pair.later_s = 0.004;
   const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {.time_offset = true});
   ASSERT_EQ(fit.lenses.size(), 2U);
@@ -194,7 +160,7 @@ TEST(PairOfLenses, TellsHowMuchLaterTheSecondOneTakesItsPictures) {
 }
 
 TEST(PairOfLenses, ThatNothingJoinsIsNoPair) {
-  const shown::Pair pair = back_to_back();
+  const shown::Pair pair = shown::back_to_back();
   Sightings s = shown::pair_of_lenses(pair, {.pictures = 60});
   // The lenses never look at once.
   for (Picture& p : s.pictures)

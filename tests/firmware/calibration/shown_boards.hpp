@@ -16,7 +16,7 @@ struct Show {
   int pictures = 40;
   double noise_px = 0.2;  ///< Of each coordinate, Gaussian.
   double tilt_rad = 0.7;  ///< Boards are turned away from the lens by up to this.
-  double nearest_m = 0.15, farthest_m = 0.5;
+  double nearest_m = 0.12, farthest_m = 0.4;
   double wrong_share = 0;  ///< Of corners that are anywhere.
   std::uint32_t seed = 1;
 };

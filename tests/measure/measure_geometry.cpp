@@ -1,0 +1,64 @@
+// Calibrates simulated lenses many times and prints how right the answers are and whether they know: one JSON object a line
+// for tests/figures (figure, value, and what else is worth knowing).
+//   measure_geometry [TRIALS]     100 of each kind of lens, a quarter of that of pairs
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+
+#include "firmware/calibration/lens_trials.hpp"
+
+namespace {
+
+using namespace lightwell;
+using calibration::LensKind;
+constexpr double kDegree = std::numbers::pi / 180;
+
+void print(const std::string& figure, double value) {
+  std::printf("{\"figure\": \"%s\", \"value\": %.6g}\n", figure.c_str(), value);
+  std::fflush(stdout);
+}
+
+double median(std::vector<double> v) {
+  if (v.empty()) return NAN;
+  std::sort(v.begin(), v.end());
+  return v[v.size() / 2];
+}
+double largest(const std::vector<double>& v) { return v.empty() ? NAN : *std::max_element(v.begin(), v.end()); }
+double least_share(const std::vector<int>& within, std::size_t of) {
+  return within.empty() || of == 0 ? NAN : static_cast<double>(*std::min_element(within.begin(), within.end())) / static_cast<double>(of);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int trials = argc > 1 ? std::atoi(argv[1]) : 100;
+  if (argc > 2 || trials < 4) return std::fprintf(stderr, "usage: measure_geometry [TRIALS], at least 4\n"), 2;
+  const std::pair<const char*, LensKind> kinds[] = {
+      {"kannala_brandt", LensKind::kannala_brandt}, {"double_sphere", LensKind::double_sphere}, {"mei", LensKind::mei}};
+  for (const auto& [name, kind] : kinds) {
+    std::fprintf(stderr, "measure_geometry: %s\n", name);
+    const shown::Trials t = shown::lens_trials(kind, trials, {});
+    const std::string prefix = std::string("geometry.") + name + ".";
+    print(prefix + "failed", t.failed);
+    print(prefix + "direction_deg.median", median(t.direction_rad) / kDegree);
+    print(prefix + "direction_deg.largest", largest(t.direction_rad) / kDegree);
+    print(prefix + "direction_deg.share_within_0.05",
+          static_cast<double>(std::count_if(t.direction_rad.begin(), t.direction_rad.end(), [](double e) { return e <= 0.05 * kDegree; })) /
+              t.count);
+    print(prefix + "focal.largest", largest(t.focal));
+    print(prefix + "focal.median", median(t.focal));
+    print(prefix + "within_3_sigma.least", least_share(t.within_3_sigma, t.direction_rad.size()));
+  }
+  std::fprintf(stderr, "measure_geometry: pairs\n");
+  const shown::Trials t = shown::pair_trials(trials / 4, {.pictures = 40});
+  std::vector<double> turn, shift;
+  for (const shown::PairError& e : t.pair) turn.push_back(e.turn_rad / kDegree), shift.push_back(1e3 * e.shift_m);
+  print("geometry.pair.failed", t.failed);
+  print("geometry.pair.turn_deg.largest", largest(turn));
+  print("geometry.pair.shift_mm.largest", largest(shift));
+  print("geometry.pair.within_3_sigma.least", least_share(t.pair_within_3_sigma, t.pair.size()));
+  return 0;
+}
