@@ -37,6 +37,8 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(Eigen3 libeigen3-dev CONFIG)
   lightwell_find(Ceres libceres-dev CONFIG)
   lightwell_find(CLI11 libcli11-dev CONFIG)
+  # Wanted by calibration/import alone, which says in the summary when it is left out.
+  find_package(yaml-cpp CONFIG QUIET)
   pkg_check_modules(LIBHWY QUIET IMPORTED_TARGET libhwy)
   if(NOT LIBHWY_FOUND)
     lightwell_missing(libhwy libhwy-dev)
