@@ -47,6 +47,11 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   # alone, Highway calls it without asking the processor for AES, which a Raspberry Pi 4 lacks.
   target_compile_definitions(PkgConfig::LIBHWY INTERFACE
     "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
+  # Without them the rooms that need them are left out, and say so in the summary.
+  set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)  # Ceres's package file chatters, too.
+  find_package(apriltag CONFIG QUIET)
+  find_package(Ceres CONFIG QUIET)
+  unset(CMAKE_MESSAGE_LOG_LEVEL)
   pkg_check_modules(LIBSYSTEMD QUIET IMPORTED_TARGET libsystemd)
   if(NOT LIBSYSTEMD_FOUND)
     lightwell_missing(libsystemd libsystemd-dev)

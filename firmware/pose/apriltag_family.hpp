@@ -1,0 +1,22 @@
+// AprilTag's own table of a family, held until nobody needs it. For this room's sources.
+#pragma once
+
+#include <apriltag/apriltag.h>
+#include <apriltag/common/image_u8.h>
+#include <apriltag/tag36h11.h>
+#include <apriltag/tagStandard41h12.h>
+
+#include <memory>
+
+#include "pose/tag_family.hpp"
+
+namespace lightwell {
+
+using ApriltagFamily = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
+
+[[nodiscard]] inline ApriltagFamily make_apriltag_family(TagFamily family) {
+  if (family == TagFamily::tagStandard41h12) return {tagStandard41h12_create(), tagStandard41h12_destroy};
+  return {tag36h11_create(), tag36h11_destroy};
+}
+
+}  // namespace lightwell

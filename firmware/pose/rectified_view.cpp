@@ -1,0 +1,92 @@
+#include "pose/rectified_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lightwell {
+
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr int kRing = 8;
+constexpr double kRingHalf = 35 * kDegree, kMiddleHalf = 45 * kDegree;
+/// The ring's own centre; beyond, a view would look past the edge of most lenses.
+constexpr double kRingCenter = 70 * kDegree;
+constexpr int kLargest = 1600;
+constexpr std::uint8_t kNothing = 128;
+
+Vec3d direction_cv(double theta, double phi) {
+  return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+}
+
+/// Pixels a radian of the lens at an angle from its axis, radially and around, the finer of the two.
+std::optional<double> density(const CameraModel& lens, double theta, double phi) {
+  const Vec3d ahead = direction_cv(theta, phi);
+  const Vec3d radial = direction_cv(theta + std::numbers::pi / 2, phi), around = cross(ahead, radial);
+  constexpr double kStep = 1e-3;
+  double best = 0;
+  for (const Vec3d aside : {radial, around}) {
+    const auto a = lens.project(ahead - aside * kStep), b = lens.project(ahead + aside * kStep);
+    if (!a || !b) return std::nullopt;
+    best = std::max(best, std::hypot(b->x - a->x, b->y - a->y) / (2 * kStep));
+  }
+  return best > 0 ? std::optional(best) : std::nullopt;
+}
+
+std::optional<ViewAxes> view_towards(const CameraModel& lens, double theta, double phi, double half) {
+  const auto focal = density(lens, theta, phi);
+  if (!focal) return std::nullopt;
+  ViewAxes view;
+  view.forward = direction_cv(theta, phi);
+  // "Down" is away from the axis: any choice does, as tags are read in any orientation.
+  view.down = direction_cv(theta + std::numbers::pi / 2, phi);
+  view.right = cross(view.down, view.forward);
+  const double wanted = 2 * *focal * std::tan(half);
+  view.size = static_cast<int>(std::clamp(wanted, 16.0, static_cast<double>(kLargest)));
+  view.focal_px = *focal * view.size / wanted;
+  return view;
+}
+
+}  // namespace
+
+RectifiedView::RectifiedView(const GreyPicture& picture, const CameraModel& lens, const ViewAxes& axes)
+    : axes_(axes), pixels_(static_cast<std::size_t>(axes.size) * static_cast<std::size_t>(axes.size), kNothing) {
+  std::size_t i = 0;
+  for (int y = 0; y < axes.size; ++y)
+    for (int x = 0; x < axes.size; ++x, ++i) {
+      const auto p = original(lens, {static_cast<double>(x), static_cast<double>(y)});
+      if (!p) continue;
+      const double fx = std::floor(p->x), fy = std::floor(p->y);
+      if (!(fx >= 0 && fy >= 0 && fx < picture.width - 1 && fy < picture.height - 1)) continue;
+      const int px = static_cast<int>(fx), py = static_cast<int>(fy);
+      const double u = p->x - fx, v = p->y - fy;
+      const double value = (1 - v) * ((1 - u) * picture.at(px, py) + u * picture.at(px + 1, py)) +
+                           v * ((1 - u) * picture.at(px, py + 1) + u * picture.at(px + 1, py + 1));
+      pixels_[i] = static_cast<std::uint8_t>(value + 0.5);
+    }
+}
+
+GreyPicture RectifiedView::picture() const {
+  return {pixels_, axes_.size, axes_.size, static_cast<std::size_t>(axes_.size)};
+}
+
+std::optional<PixelPosition> RectifiedView::original(const CameraModel& lens, PixelPosition in_view) const {
+  const double middle = (axes_.size - 1) / 2.0;
+  return lens.project(axes_.forward * axes_.focal_px + axes_.right * (in_view.x - middle) +
+                      axes_.down * (in_view.y - middle));
+}
+
+std::vector<ViewAxes> views_of(const CameraModel& lens, double beyond_rad) {
+  std::vector<ViewAxes> views;
+  const double end = lens.max_angle_rad();
+  if (!(end > beyond_rad)) return views;
+  if (const auto middle = view_towards(lens, 0, 0, kMiddleHalf)) views.push_back(*middle);
+  const double theta = std::clamp(end - 20 * kDegree, kRingHalf, kRingCenter);
+  for (int i = 0; i < kRing; ++i)
+    if (const auto view = view_towards(lens, theta, 2 * std::numbers::pi * i / kRing, kRingHalf))
+      views.push_back(*view);
+  return views;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,194 @@
+#include "pose/tag_board.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+#include "camera/uri.hpp"
+
+namespace lightwell {
+
+namespace {
+
+/// More is a slip of the pen: 100 tags a side, or one as large as a house.
+constexpr int kMostASide = 100;
+constexpr double kLargest = 10;
+constexpr double kWidestSpacing = 100;
+
+std::string text_of(double value) {
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+  return {digits, end};
+}
+
+/// The gap at which the prints of neighbours touch; of a family with a white rim they may share it.
+double least_spacing(TagFamily family) {
+  const TagShape shape = shape_of(family);
+  const double outside = (shape.cells - shape.edge_cells) / 2.0;
+  return (shape.dark_inside ? 1.0 : 2 * outside) / shape.edge_cells;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// A scalar as YAML writes it: quotes of either kind taken off, a comment left out.
+std::string_view scalar(std::string_view text) {
+  text = trimmed(text);
+  if (!text.empty() && (text[0] == '\'' || text[0] == '"')) {
+    const auto end = text.find(text[0], 1);
+    return end == std::string_view::npos ? text : text.substr(1, end - 1);
+  }
+  // A '#' opens a comment where it stands first or after a blank.
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if (text[i] == '#' && (i == 0 || text[i - 1] == ' ' || text[i - 1] == '\t')) return trimmed(text.substr(0, i));
+  return text;
+}
+
+template <class T>
+std::optional<T> number(std::string_view text) {
+  if (!text.empty() && text[0] == '+') text.remove_prefix(1);
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+enum Key : std::size_t { kType, kColumns, kRows, kSize, kSpacing, kOffset, kFamily, kKeys };
+const std::vector<std::string_view> kNames = {"target_type", "tagCols",    "tagRows",  "tagSize",
+                                              "tagSpacing",  "codeOffset", "tagFamily"};
+
+/// Sets one field; a message where the value is none that it can take.
+std::optional<std::string> set(TagBoard& board, std::size_t key, std::string_view value) {
+  const auto whole = [&](int& field) -> std::optional<std::string> {
+    const auto n = number<int>(value);
+    if (!n) return "'" + std::string(value) + "' is not a whole number";
+    field = *n;
+    return std::nullopt;
+  };
+  const auto real = [&](double& field) -> std::optional<std::string> {
+    const auto n = number<double>(value);
+    if (!n) return "'" + std::string(value) + "' is not a number";
+    field = *n;
+    return std::nullopt;
+  };
+  switch (key) {
+    case kColumns: return whole(board.columns);
+    case kRows: return whole(board.rows);
+    case kSize: return real(board.tag_size_m);
+    case kSpacing: return real(board.spacing);
+    case kOffset: return whole(board.first_id);
+    case kFamily: {
+      const Result<TagFamily> family = parse_tag_family(value);
+      if (!family) return family.status().message();
+      board.family = *family;
+      return std::nullopt;
+    }
+    default: break;
+  }
+  if (value == "aprilgrid") return std::nullopt;
+  return "'" + std::string(value) + "' is not supported; a board of tags is of type 'aprilgrid'";
+}
+
+}  // namespace
+
+Status TagBoard::validate() const {
+  const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
+  if (columns < 1 || columns > kMostASide)
+    return wrong("columns (tagCols) is " + std::to_string(columns) + "; it must be 1 to " + std::to_string(kMostASide));
+  if (rows < 1 || rows > kMostASide)
+    return wrong("rows (tagRows) is " + std::to_string(rows) + "; it must be 1 to " + std::to_string(kMostASide));
+  if (!(tag_size_m > 0 && tag_size_m <= kLargest))
+    return wrong("tag_size_m (tagSize) is " + text_of(tag_size_m) + "; it is in metres, above 0 and at most " +
+                 text_of(kLargest));
+  const double least = least_spacing(family);
+  // What a person rounds to three digits still touches.
+  if (!(spacing >= least - 1e-3 && spacing <= kWidestSpacing))
+    return wrong("spacing (tagSpacing) is " + text_of(spacing) + "; tags of " + std::string(to_string(family)) +
+                 " need at least " + text_of(least) + " of their size between them, and at most " +
+                 text_of(kWidestSpacing));
+  const int known = shape_of(family).tags;
+  if (first_id < 0 || first_id > known - tags())
+    return wrong("first_id (codeOffset) is " + std::to_string(first_id) + " and the board has " +
+                 std::to_string(tags()) + " tags; " + std::string(to_string(family)) + " has numbers 0 to " +
+                 std::to_string(known - 1));
+  return {};
+}
+
+Vec3d TagBoard::center(int id) const {
+  const int index = id - first_id;
+  const int column = index % columns, row = index / columns;
+  return {column * pitch_m() + tag_size_m / 2, row * pitch_m() + tag_size_m / 2, 0};
+}
+
+std::array<Vec3d, 4> TagBoard::corners(int id) const {
+  std::array<Vec3d, 4> out = tag_corners(tag_size_m);
+  const Vec3d middle = center(id);
+  for (Vec3d& corner : out) corner += middle;
+  return out;
+}
+
+std::array<Vec3d, 4> tag_corners(double tag_size_m) {
+  const double h = tag_size_m / 2;
+  return {Vec3d{-h, -h, 0}, Vec3d{h, -h, 0}, Vec3d{h, h, 0}, Vec3d{-h, h, 0}};
+}
+
+Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name) {
+  TagBoard board;
+  std::array<int, kKeys> line_of{};
+  int line_number = 0;
+  const auto wrong = [&](const std::string& what) {
+    return Status(StatusCode::invalid_argument, name + ":" + std::to_string(line_number) + ": " + what);
+  };
+  while (!text.empty()) {
+    const auto end = text.find('\n');
+    const std::string_view line = trimmed(text.substr(0, end));
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+    ++line_number;
+    if (line.empty() || line[0] == '#' || line == "---" || line.starts_with("%YAML")) continue;
+    const auto colon = line.find(':');
+    if (colon == std::string_view::npos) return wrong("'" + std::string(line) + "' is not 'name: value'");
+    const std::string_view key = scalar(line.substr(0, colon)), value = scalar(line.substr(colon + 1));
+    std::size_t index = 0;
+    while (index < kNames.size() && kNames[index] != key) ++index;
+    if (index == kNames.size()) {
+      const std::string near = nearest_name(key, kNames);
+      return wrong("unknown field '" + std::string(key) + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+    }
+    if (line_of[index] != 0)
+      return wrong(std::string(key) + " stands on line " + std::to_string(line_of[index]) + " already");
+    line_of[index] = line_number;
+    if (const auto problem = set(board, index, value)) return wrong(std::string(key) + ": " + *problem);
+  }
+  for (const std::size_t needed : {kType, kColumns, kRows, kSize, kSpacing})
+    if (line_of[needed] == 0)
+      return Status(StatusCode::invalid_argument, name + ": " + std::string(kNames[needed]) + " is missing");
+  if (const Status s = board.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
+  return board;
+}
+
+Result<TagBoard> load_tag_board(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Status(StatusCode::not_found, path + ": cannot be opened");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (file.bad()) return Status(StatusCode::data_loss, path + ": cannot be read");
+  return parse_tag_board(text, path);
+}
+
+std::string tag_board_to_text(const TagBoard& board) {
+  return "target_type: 'aprilgrid'\n"
+         "tagFamily: '" + std::string(to_string(board.family)) + "'\n"
+         "tagCols: " + std::to_string(board.columns) + "\n"
+         "tagRows: " + std::to_string(board.rows) + "\n"
+         "tagSize: " + text_of(board.tag_size_m) + "  # m, between the corners that are detected\n"
+         "tagSpacing: " + text_of(board.spacing) + "  # gap / tagSize\n"
+         "codeOffset: " + std::to_string(board.first_id) + "  # number of the bottom left tag\n";
+}
+
+}  // namespace lightwell

@@ -1,0 +1,171 @@
+#include "pose/tag_detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "pose/apriltag_family.hpp"
+#include "pose/corner_refiner.hpp"
+#include "pose/rectified_view.hpp"
+
+namespace lightwell {
+
+namespace {
+
+/// Below, AprilTag's tiles of 4 x 4 pixels leave nothing to look at, and no tag is readable.
+constexpr int kSmallestSide = 32;
+/// In AprilTag's coordinates the top left pixel's centre.
+constexpr double kApriltagCenter = 0.5;
+/// Of AprilTag's own corners, px; measured a few tenths, more where edges are bent.
+constexpr double kCoarseDeviation = 0.5;
+
+PixelPosition middle_of(const std::array<PixelPosition, 4>& c) {
+  return {(c[0].x + c[1].x + c[2].x + c[3].x) / 4, (c[0].y + c[1].y + c[2].y + c[3].y) / 4};
+}
+
+double reach_of(const std::array<PixelPosition, 4>& c) {
+  const PixelPosition m = middle_of(c);
+  double reach = 0;
+  for (const PixelPosition p : c) reach = std::max(reach, std::hypot(p.x - m.x, p.y - m.y));
+  return reach;
+}
+
+/// Whether two detections are of one tag on the wall, not of two copies.
+bool same_tag(const TagDetection& a, const TagDetection& b) {
+  const PixelPosition ma = middle_of(a.corners), mb = middle_of(b.corners);
+  return a.family == b.family && a.id == b.id &&
+         std::hypot(ma.x - mb.x, ma.y - mb.y) < std::max(reach_of(a.corners), reach_of(b.corners));
+}
+
+}  // namespace
+
+Status TagDetectorOptions::validate() const {
+  const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
+  if (families.empty()) return wrong("families is empty; name at least one");
+  for (std::size_t i = 0; i < families.size(); ++i)
+    if (std::find(families.begin(), families.begin() + static_cast<std::ptrdiff_t>(i), families[i]) !=
+        families.begin() + static_cast<std::ptrdiff_t>(i))
+      return wrong("families names " + std::string(to_string(families[i])) + " twice");
+  if (!(decimate >= 1 && decimate <= 8)) return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
+  if (!(blur_px >= 0 && blur_px <= 5)) return wrong("blur_px is " + std::to_string(blur_px) + "; it must be 0 to 5");
+  if (max_hamming < 0 || max_hamming > 2)
+    return wrong("max_hamming is " + std::to_string(max_hamming) + "; it must be 0 to 2");
+  if (!(min_decision_margin >= 0 && min_decision_margin <= 255))
+    return wrong("min_decision_margin is " + std::to_string(min_decision_margin) + "; it must be 0 to 255");
+  if (!linear.empty() && linear.size() != 256)
+    return wrong("linear has " + std::to_string(linear.size()) + " values; it must have 256, or none");
+  for (const float v : linear)
+    if (!std::isfinite(v)) return wrong("linear has a value that is not finite");
+  if (!(rectify_beyond_rad >= 0 && rectify_beyond_rad <= 4))
+    return wrong("rectify_beyond_rad is " + std::to_string(rectify_beyond_rad) + "; it must be 0 to 4");
+  if (threads < 1 || threads > 64) return wrong("threads is " + std::to_string(threads) + "; it must be 1 to 64");
+  return {};
+}
+
+struct TagDetector::Inside {
+  TagDetectorOptions options;
+  std::vector<std::pair<TagFamily, ApriltagFamily>> families;
+  std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{nullptr, apriltag_detector_destroy};
+
+  /// AprilTag's view of a picture; corners in our pixels, not refined.
+  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture) const;
+  void refine(const GreyPicture& picture, TagDetection& tag) const;
+};
+
+std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture) const {
+  std::vector<TagDetection> out;
+  if (std::min(picture.width, picture.height) < kSmallestSide * options.decimate) return out;
+  // AprilTag does not write to the picture; its type cannot say so.
+  image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
+                   const_cast<std::uint8_t*>(picture.data.data())};
+  const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(apriltag_detector_detect(detector.get(), &image),
+                                                             apriltag_detections_destroy);
+  for (int i = 0; i < zarray_size(found.get()); ++i) {
+    apriltag_detection_t* one = nullptr;
+    zarray_get(found.get(), i, &one);
+    if (one->decision_margin < options.min_decision_margin || one->hamming > options.max_hamming) continue;
+    TagDetection tag;
+    for (const auto& [family, held] : families)
+      if (held.get() == one->family) tag.family = family;
+    tag.id = one->id;
+    tag.hamming = one->hamming;
+    tag.decision_margin = static_cast<double>(one->decision_margin);
+    const double variance = kCoarseDeviation * kCoarseDeviation * options.decimate * options.decimate;
+    for (std::size_t k = 0; k < 4; ++k) {
+      tag.corners[k] = {one->p[k][0] - kApriltagCenter, one->p[k][1] - kApriltagCenter};
+      tag.covariance[k] = {variance, 0, variance};
+    }
+    out.push_back(tag);
+  }
+  return out;
+}
+
+void TagDetector::Inside::refine(const GreyPicture& picture, TagDetection& tag) const {
+  const TagShape shape = shape_of(tag.family);
+  const auto corners = refine_corners(picture, {tag.corners, shape.edge_cells, shape.dark_inside}, options.linear);
+  tag.refined = true;
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (corners[k]) {
+      tag.corners[k] = corners[k]->at;
+      tag.covariance[k] = corners[k]->covariance;
+    } else {
+      tag.refined = false;
+    }
+  }
+}
+
+TagDetector::TagDetector(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
+TagDetector::TagDetector(TagDetector&&) noexcept = default;
+TagDetector& TagDetector::operator=(TagDetector&&) noexcept = default;
+TagDetector::~TagDetector() = default;
+
+Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
+  if (const Status s = options.validate(); !s.ok()) return Status(s.code(), "tag detector: " + s.message());
+  auto inside = std::make_unique<Inside>();
+  inside->options = options;
+  inside->detector.reset(apriltag_detector_create());
+  apriltag_detector_t& detector = *inside->detector;
+  detector.nthreads = options.threads;
+  detector.quad_decimate = static_cast<float>(options.decimate);
+  detector.quad_sigma = static_cast<float>(options.blur_px);
+  for (const TagFamily family : options.families) {
+    inside->families.emplace_back(family, make_apriltag_family(family));
+    apriltag_detector_add_family_bits(&detector, inside->families.back().second.get(), options.max_hamming);
+  }
+  return TagDetector(std::move(inside));
+}
+
+Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
+  if (const Status s = picture.validate(); !s.ok()) return s;
+  std::vector<TagDetection> tags = inside_->look(picture);
+  if (lens != nullptr) {
+    for (const ViewAxes& axes : views_of(*lens, inside_->options.rectify_beyond_rad)) {
+      const RectifiedView view(picture, *lens, axes);
+      for (TagDetection tag : inside_->look(view.picture())) {
+        tag.rectified = true;
+        bool seen = true;
+        for (PixelPosition& corner : tag.corners) {
+          const auto p = view.original(*lens, corner);
+          seen = seen && p;
+          if (p) corner = *p;
+        }
+        if (!seen) continue;
+        const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
+        if (known == tags.end()) {
+          tags.push_back(tag);
+        } else if (known->rectified && known->decision_margin < tag.decision_margin) {
+          *known = tag;
+        }
+      }
+    }
+  }
+  if (inside_->options.refine)
+    for (TagDetection& tag : tags) inside_->refine(picture, tag);
+  std::stable_sort(tags.begin(), tags.end(), [](const TagDetection& a, const TagDetection& b) {
+    return std::pair(a.family, a.id) < std::pair(b.family, b.id);
+  });
+  return tags;
+}
+
+}  // namespace lightwell

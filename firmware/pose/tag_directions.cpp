@@ -1,0 +1,153 @@
+#include "pose/tag_directions.hpp"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+
+namespace lightwell {
+
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
+Vec3d vec(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// What a quad's corners must have across, in its own length, to say where its plane is: a fiftieth of a degree on
+/// edge, which no picture resolves.
+constexpr double kFlattest = 1e-3;
+
+struct Outcome {
+  Pose lens_tag;
+  std::string problem;
+};
+
+/// The tag's pose by the direct linear transform from its plane to directions; there is no picture plane, so that
+/// angles beyond 90 degrees are like others. Hartley & Zisserman 2004, section 4.1, for rays in place of pixels.
+Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
+  // Directions on one great circle: all corners in a line.
+  Eigen::Matrix<double, 4, 3> rays;
+  Vector3d mean = Vector3d::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    rays.row(static_cast<Eigen::Index>(i)) = eigen(directions[i]).transpose();
+    mean += eigen(directions[i]);
+  }
+  mean.normalize();
+  Eigen::Matrix<double, 4, 3> across = rays - (rays * mean) * mean.transpose();
+  across.rowwise() -= across.colwise().mean().eval();
+  const Vector3d spread = across.jacobiSvd().singularValues();
+  if (!(spread[0] > 0) || spread[1] < kFlattest * spread[0])
+    return {{}, "its corners lie in a line, so that the plane it hangs in is not seen"};
+  // Seen from the front the corners run counterclockwise about the direction towards the viewer.
+  double turn = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vector3d a = eigen(directions[i]) - mean, b = eigen(directions[(i + 1) % 4]) - mean;
+    turn += a.cross(b).dot(-mean);
+  }
+  if (turn <= 0) return {{}, "its corners run clockwise: it is seen from behind or in a mirror, or they are in another order"};
+
+  const std::array<Vec3d, 4> plane = tag_corners(2);
+  Eigen::Matrix<double, 8, 9> system;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto basis = tangent_basis(directions[i]);
+    const Vector3d at(plane[i].x, plane[i].y, 1);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Vector3d b = eigen(basis[k]);
+      const auto row = static_cast<Eigen::Index>(2 * i + k);
+      for (int c = 0; c < 3; ++c) system.block<1, 3>(row, 3 * c) = at[c] * b.transpose();
+    }
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix<double, 8, 9>> svd(system, Eigen::ComputeFullV);
+  const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
+  Vector3d x = h.segment<3>(0), y = h.segment<3>(3), t = h.segment<3>(6);
+  if (t.dot(mean) < 0) {
+    x = -x;
+    y = -y;
+    t = -t;
+  }
+  for (std::size_t i = 0; i < 4; ++i)
+    if (!((x * plane[i].x + y * plane[i].y + t).dot(eigen(directions[i])) > 0))
+      return {{}, "its corners cannot be those of a square in front of the lens; a part of it would be behind"};
+  const double scale = (x.norm() + y.norm()) / 2;
+  Eigen::Matrix3d turned;
+  turned << x / scale, y / scale, (x / scale).cross(y / scale).normalized();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(turned, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d r = nearest.matrixU() * nearest.matrixV().transpose();
+  if (r.determinant() < 0) r.col(2) = -r.col(2);
+  const Eigen::Quaterniond q(r);
+  Outcome out;
+  out.lens_tag.rotation = Quat{q.x(), q.y(), q.z(), q.w()}.normalized();
+  out.lens_tag.translation = vec(t / scale * (size_m / 2));
+  return out;
+}
+
+}  // namespace
+
+std::string name_of(const SeenTag& seen) {
+  return std::string(to_string(seen.tag.family)) + " " + std::to_string(seen.tag.id) + " in lens " +
+         std::to_string(seen.lens);
+}
+
+Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag,
+                               double model_error_px) {
+  const auto wrong = [&](const std::string& what) {
+    return Status(StatusCode::invalid_argument, name_of(seen) + ": " + what);
+  };
+  const LensParameters& lens = rig.lenses[static_cast<std::size_t>(seen.lens)];
+  const CameraModel model(lens);
+  const Quat to_probe = lens.pose_cv.rotation.normalized();
+  const std::array<Vec3d, 4> at = tag_corners(tag.size_m);
+  SeenQuad out;
+  out.tag = &tag;
+  std::array<Vec3d, 4> directions;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const PixelPosition p = seen.tag.corners[i];
+    const PixelCovariance c = seen.tag.covariance[i];
+    const std::string corner = "corner " + std::to_string(i);
+    if (!std::isfinite(p.x) || !std::isfinite(p.y)) return wrong(corner + " is not a number");
+    if (!(c.xx > 0 && c.yy > 0 && c.xx * c.yy > c.xy * c.xy) || !std::isfinite(c.xx + c.yy))
+      return wrong(corner + "'s covariance is not one; it must be positive definite");
+    const auto d = model.unproject(p);
+    if (!d) return wrong(corner + " is outside of what the lens sees");
+    SeenCorner seen_corner;
+    seen_corner.world = transformed(tag.world_tag, at[i]);
+    seen_corner.lens = lens.pose_cv.translation;
+    seen_corner.direction = directions[i] = normalized(rotate(to_probe, *d));
+    const auto basis = tangent_basis(seen_corner.direction);
+    seen_corner.u = basis[0];
+    seen_corner.v = basis[1];
+    // Pixels to the tangent plane, by differences on the side where the lens still sees.
+    Eigen::Matrix2d slope;
+    for (int k = 0; k < 2; ++k) {
+      constexpr double kStep = 0.05;
+      bool done = false;
+      for (const double step : {kStep, -kStep}) {
+        const auto moved = model.unproject({p.x + (k == 0 ? step : 0), p.y + (k == 1 ? step : 0)});
+        if (!moved) continue;
+        const Vec3d change = rotate(to_probe, *moved - *d) * (1 / step);
+        slope(0, k) = dot(change, basis[0]);
+        slope(1, k) = dot(change, basis[1]);
+        done = true;
+        break;
+      }
+      if (!done) return wrong(corner + " is on the very edge of what the lens sees");
+    }
+    Eigen::Matrix2d covariance;
+    const double more = model_error_px * model_error_px;
+    covariance << c.xx + more, c.xy, c.xy, c.yy + more;
+    const Eigen::Matrix2d angular = slope * covariance * slope.transpose();
+    const Eigen::LLT<Eigen::Matrix2d> root(angular);
+    if (root.info() != Eigen::Success) return wrong(corner + ": the lens does not tell directions apart there");
+    seen_corner.weigh = root.matrixL().solve(Eigen::Matrix2d::Identity());
+    out.corners.push_back(seen_corner);
+  }
+  const Outcome found = plane_pose(directions, tag.size_m);
+  if (!found.problem.empty()) return wrong(found.problem);
+  Pose probe_tag = found.lens_tag;
+  probe_tag.translation += lens.pose_cv.translation;
+  out.world_probe = compose(tag.world_tag, inverse(probe_tag));
+  out.world_probe.rotation = out.world_probe.rotation.normalized();
+  return out;
+}
+
+}  // namespace lightwell

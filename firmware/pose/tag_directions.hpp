@@ -1,0 +1,40 @@
+// Seen corners as directions in the probe's frame, and the first pose that a single tag gives. For this room's sources.
+#pragma once
+
+#include <Eigen/Core>
+#include <lightwell/calibration.hpp>
+#include <lightwell/geometry.hpp>
+#include <lightwell/result.hpp>
+#include <string>
+#include <vector>
+
+#include "calibration/camera_model.hpp"
+#include "pose/mounting.hpp"
+
+namespace lightwell {
+
+/// A corner that is seen and whose place in the room is known.
+struct SeenCorner {
+  Vec3d world;            ///< Where it is.
+  Vec3d lens;             ///< Where the lens is, probe frame.
+  Vec3d direction;        ///< Unit, probe frame.
+  Vec3d u, v;             ///< The tangent plane's axes at `direction`.
+  Eigen::Matrix2d weigh;  ///< Makes (u, v) of an error a pair of independent numbers of variance 1.
+};
+
+/// The four corners of one tag in one lens.
+struct SeenQuad {
+  std::size_t index = 0;  ///< In the list of seen tags.
+  const TagInRoom* tag = nullptr;
+  std::vector<SeenCorner> corners;
+  Pose world_probe;  ///< From this tag alone: algebraic, good to a few pixels.
+};
+
+/// "tag36h11 5 in lens 0", as messages name it.
+[[nodiscard]] std::string name_of(const SeenTag& seen);
+
+/// invalid_argument with the reason, as find_mounting().
+[[nodiscard]] Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag,
+                                             double model_error_px);
+
+}  // namespace lightwell

@@ -1,0 +1,156 @@
+// What the detector answers to pictures good and bad.
+#include "pose/tag_detector.hpp"
+
+#include <limits>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "firmware/pose/tags_around.hpp"
+#include "pose/corner_refiner.hpp"
+
+namespace lightwell {
+namespace {
+
+using test::BoardCamera;
+using test::BoardPicture;
+using test::PlacedBoard;
+using testing::HasSubstr;
+
+constexpr Pose kOrigin;
+
+TagDetector detector(const TagDetectorOptions& options = {}) {
+  auto made = TagDetector::make(options);
+  EXPECT_TRUE(made) << made.status().message();
+  return std::move(*made);
+}
+
+const BoardCamera& camera() {
+  static const BoardCamera it(test::fisheye_lens(400));
+  return it;
+}
+
+/// A board of 2 x 2 tags straight ahead, turned.
+std::vector<PlacedBoard> board_ahead(double roll_rad) {
+  TagBoard board;
+  board.columns = board.rows = 2;
+  board.tag_size_m = 0.2;
+  return {test::board_facing(board, {0, 0, -0.5}, {0, 0, 1}, roll_rad)};
+}
+
+TEST(TagDetector, CornersStartAtTheTagsOwnBottomLeftHoweverItIsTurned) {
+  for (const double roll : {0.0, 0.4, 1.6, 3.1, 4.7}) {
+    const BoardPicture picture = camera().take(kOrigin, board_ahead(roll));
+    const auto tags = detector().detect(picture.view());
+    ASSERT_TRUE(tags);
+    ASSERT_EQ(tags->size(), 4u) << roll;
+    test::errors_of(*tags, picture);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ((*tags)[i].id, static_cast<int>(i)) << "in order of their numbers";
+  }
+  const BoardPicture upright = camera().take(kOrigin, board_ahead(0));
+  const auto tags = detector().detect(upright.view());
+  const auto& c = (*tags)[0].corners;
+  EXPECT_LT(c[0].x, c[1].x);
+  EXPECT_GT(c[0].y, c[3].y) << "the bottom is a larger row";
+}
+
+TEST(TagDetector, RowsMayBeFurtherApartThanTheyAreLong) {
+  const BoardPicture picture = camera().take(kOrigin, board_ahead(0.2));
+  const std::size_t stride = 417;
+  std::vector<std::uint8_t> padded(stride * 400, 0xAA);
+  for (std::size_t y = 0; y < 400; ++y)
+    std::copy_n(picture.pixels.begin() + static_cast<std::ptrdiff_t>(y * 400), 400,
+                padded.begin() + static_cast<std::ptrdiff_t>(y * stride));
+  const auto plain = detector().detect(picture.view());
+  // The last row need not be whole.
+  const auto wide = detector().detect({std::span(padded).first(stride * 399 + 400), 400, 400, stride});
+  ASSERT_TRUE(plain && wide);
+  ASSERT_EQ(plain->size(), wide->size());
+  for (std::size_t i = 0; i < plain->size(); ++i) EXPECT_EQ((*plain)[i].corners[2].x, (*wide)[i].corners[2].x);
+}
+
+TEST(TagDetector, FindsFamiliesTogetherAndTellsThemApart) {
+  std::vector<PlacedBoard> boards;
+  boards.push_back(test::board_facing(test::single_tag(3, 0.25), {-0.3, 0, -0.6}, {0, 0, 1}));
+  boards.push_back(
+      test::board_facing(test::single_tag(3, 0.2, TagFamily::tagStandard41h12), {0.3, 0, -0.6}, {0, 0, 1}));
+  const BoardPicture picture = camera().take(kOrigin, boards);
+  TagDetectorOptions options;
+  options.families = {TagFamily::tag36h11, TagFamily::tagStandard41h12};
+  const auto tags = detector(options).detect(picture.view());
+  ASSERT_TRUE(tags);
+  ASSERT_EQ(tags->size(), 2u);
+  EXPECT_EQ((*tags)[0].family, TagFamily::tag36h11);
+  EXPECT_EQ((*tags)[1].family, TagFamily::tagStandard41h12);
+  test::errors_of(*tags, picture);
+  EXPECT_EQ(detector().detect(picture.view())->size(), 1u) << "a family that was not asked for";
+}
+
+TEST(TagDetector, ACoveredCornerIsNotInvented) {
+  BoardPicture picture = camera().take(kOrigin, board_ahead(0));
+  const auto before = detector().detect(picture.view());
+  ASSERT_EQ(before->size(), 4u);
+  TagOutline outline;
+  outline.corners = (*before)[0].corners;
+  const PixelPosition hidden = outline.corners[2];
+  for (int y = 0; y < 400; ++y)
+    for (int x = 0; x < 400; ++x)
+      if (std::hypot(x - hidden.x, y - hidden.y) < 28) picture.pixels[static_cast<std::size_t>(y * 400 + x)] = 128;
+  const auto corners = refine_corners(picture.view(), outline, {});
+  EXPECT_FALSE(corners[2]);
+  ASSERT_TRUE(corners[0]);
+  EXPECT_NEAR(corners[0]->at.x, outline.corners[0].x, 0.3);
+}
+
+TEST(TagDetector, PicturesWithoutTagsHaveNone) {
+  std::mt19937_64 random(4);
+  std::vector<std::uint8_t> noise(400 * 400);
+  for (auto& v : noise) v = static_cast<std::uint8_t>(random());
+  for (const auto& pixels : {std::vector<std::uint8_t>(400 * 400, 0), std::vector<std::uint8_t>(400 * 400, 255), noise}) {
+    const auto tags = detector().detect({pixels, 400, 400, 400}, &camera().model());
+    ASSERT_TRUE(tags);
+    EXPECT_TRUE(tags->empty());
+  }
+  for (const int edge : {1, 2, 3, 5, 9, 31}) {
+    const auto tags = detector().detect({noise, edge, edge, static_cast<std::size_t>(edge)}, &camera().model());
+    ASSERT_TRUE(tags) << edge;
+    EXPECT_TRUE(tags->empty()) << edge;
+  }
+}
+
+TEST(TagDetector, PicturesThatAreNoneAreRefused) {
+  const std::vector<std::uint8_t> pixels(100 * 100);
+  auto d = detector();
+  EXPECT_THAT(d.detect({pixels, 100, 101, 100}).status().message(), HasSubstr("has 10000 bytes and needs 10100"));
+  EXPECT_THAT(d.detect({pixels, 100, 50, 99}).status().message(), HasSubstr("stride is 99"));
+  EXPECT_THAT(d.detect({pixels, 0, 50, 100}).status().message(), HasSubstr("0x50"));
+  EXPECT_FALSE(d.detect({pixels, -5, 50, 100}));
+  EXPECT_FALSE(d.detect({pixels, 20'000, 1, 20'000}));
+  EXPECT_FALSE(d.detect({{}, 10, 10, 10}));
+}
+
+TEST(TagDetector, OptionsThatMeanNothingAreRefused) {
+  const auto refused = [](auto change) {
+    TagDetectorOptions options;
+    change(options);
+    const auto made = TagDetector::make(options);
+    return made.ok() ? std::string("accepted") : made.status().message();
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refused([](auto& o) { o.families.clear(); }), HasSubstr("families"));
+  EXPECT_THAT(refused([](auto& o) { o.families.push_back(TagFamily::tag36h11); }), HasSubstr("twice"));
+  EXPECT_THAT(refused([&](auto& o) { o.decimate = kNan; }), HasSubstr("decimate"));
+  EXPECT_THAT(refused([](auto& o) { o.blur_px = -1; }), HasSubstr("blur_px"));
+  EXPECT_THAT(refused([](auto& o) { o.max_hamming = 3; }), HasSubstr("max_hamming"));
+  EXPECT_THAT(refused([&](auto& o) { o.min_decision_margin = kNan; }), HasSubstr("min_decision_margin"));
+  EXPECT_THAT(refused([](auto& o) { o.linear.resize(255); }), HasSubstr("linear"));
+  EXPECT_THAT(refused([&](auto& o) { o.linear.assign(256, std::numeric_limits<float>::infinity()); }), HasSubstr("finite"));
+  EXPECT_THAT(refused([&](auto& o) { o.rectify_beyond_rad = kNan; }), HasSubstr("rectify_beyond_rad"));
+  EXPECT_THAT(refused([](auto& o) { o.threads = 0; }), HasSubstr("threads"));
+}
+
+}  // namespace
+}  // namespace lightwell
