@@ -1,12 +1,12 @@
 // AprilTag's own table of a family, held until nobody needs it. For this room's sources.
 #pragma once
 
+#include <memory>
+
 #include <apriltag/apriltag.h>
 #include <apriltag/common/image_u8.h>
 #include <apriltag/tag36h11.h>
 #include <apriltag/tagStandard41h12.h>
-
-#include <memory>
 
 #include "pose/tag_family.hpp"
 

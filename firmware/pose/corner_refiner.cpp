@@ -12,8 +12,8 @@ namespace lightwell {
 namespace {
 
 using Eigen::Vector2d;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Parameters = Eigen::Matrix<double, 8, 1>;
+using Normal = Eigen::Matrix<double, 8, 8>;
 
 /// How much of an edge counts, px: more would only be a longer way for the parabola to go wrong.
 constexpr double kReach = 40;
@@ -24,6 +24,10 @@ constexpr double kLeastContrast = 5;  ///< Of 255.
 constexpr double kRounding = 0.29;
 /// What no model of an edge is better than, px.
 constexpr double kFloor = 0.005;
+/// How much light changes, a share per pixel: 1 % is a falloff to half over fifty.
+constexpr double kUnevenness = 0.01;
+constexpr double kUnevennessAcross = 0.003;  // Less, as much of it would be taken for blur.
+constexpr double kUnknown = 6;  ///< Numbers that each edge's pixels have to tell; two more are nearly known.
 
 class LinearPicture {
  public:
@@ -32,9 +36,7 @@ class LinearPicture {
       values_[i] = linear.empty() ? static_cast<double>(i) : 255.0 * static_cast<double>(linear[i]);
   }
   [[nodiscard]] double at(int x, int y) const { return values_[picture_.at(x, y)]; }
-  [[nodiscard]] bool holds(int x, int y) const {
-    return x >= 0 && y >= 0 && x < picture_.width && y < picture_.height;
-  }
+  [[nodiscard]] bool holds(int x, int y) const { return x >= 0 && y >= 0 && x < picture_.width && y < picture_.height; }
   /// Between pixels; nothing outside.
   [[nodiscard]] std::optional<double> between(Vector2d p) const {
     const double fx = std::floor(p.x()), fy = std::floor(p.y());
@@ -53,8 +55,8 @@ class LinearPicture {
 /// The part of an edge next to a corner, in axes of its own: s along the edge away from the corner, d outwards.
 struct Edge {
   Vector2d origin, along, out;
-  double begin = 0, end = 0;  ///< Of s.
-  double cell = 0;            ///< Width of the tag's cells across the edge, px.
+  double begin = 0, end = 0;                        ///< Of s.
+  double cell = 0;                                  ///< Width of the tag's cells across the edge, px.
   Eigen::Vector3d curve = Eigen::Vector3d::Zero();  ///< d = c0 + c1 t + c2 t², t = s / end.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 
@@ -162,6 +164,31 @@ std::vector<Sample> band(const LinearPicture& picture, const Edge& edge, double 
 double normal_density(double x) { return std::exp(-x * x / 2) / std::sqrt(2 * std::numbers::pi); }
 double normal_integral(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
+/// The share of light at a distance from an edge, and its derivatives: a step behind a normal blur and a square pixel.
+/// A pixel whose sides are not along the edge sees it through a trapezium; its longer side is kept as it is, the
+/// shorter one goes into the blur by its variance.
+class BlurredStep {
+ public:
+  BlurredStep(double sigma, Vector2d across)
+      : width_(across.cwiseAbs().maxCoeff()), own_(sigma), sigma_(std::sqrt(sigma * sigma + small(across))) {}
+
+  struct Value {
+    double share, by_distance, by_sigma;
+  };
+  [[nodiscard]] Value at(double distance) const {
+    const double a = (distance + width_ / 2) / sigma_, b = (distance - width_ / 2) / sigma_;
+    const double fa = normal_integral(a), fb = normal_integral(b), da = normal_density(a), db = normal_density(b);
+    return {sigma_ * (a * fa + da - b * fb - db) / width_, (fa - fb) / width_, (da - db) / width_ * own_ / sigma_};
+  }
+
+ private:
+  static double small(Vector2d across) {
+    const double w = across.cwiseAbs().minCoeff();
+    return w * w / 12;
+  }
+  double width_, own_, sigma_;
+};
+
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -169,12 +196,13 @@ double median_of(std::vector<double> values) {
 }
 
 /// The blurred edge itself, by Gauss and Newton with Marquardt's damping and Tukey's weights.
-/// Parameters: curve (3), value inside, value outside, sigma.
+/// Parameters: curve (3), value inside, value outside, sigma, and by how much the light grows along and across the
+/// edge, a share per pixel: lamps and lenses are not even.
 bool fit(const LinearPicture& picture, Edge& edge, double sign) {
   const double half = std::clamp(0.6 * edge.cell, 1.2, 5.0);
   const std::vector<Sample> samples = band(picture, edge, half);
   if (samples.size() < 12) return false;
-  Vector6d x;
+  Parameters x;
   double inside = 0, outside = 0;
   int insides = 0, outsides = 0;
   for (const Sample& s : samples) {
@@ -183,16 +211,20 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
     if (off > half / 2) outside += s.value, ++outsides;
   }
   if (insides < 2 || outsides < 2) return false;
-  x << edge.curve, inside / insides, outside / outsides, 0.7;
+  x << edge.curve, inside / insides, outside / outsides, 0.7, 0, 0;
 
-  const auto model = [&](const Sample& s, const Vector6d& at, Vector6d* slope) {
-    const double off = s.d - (at[0] + s.t * (at[1] + s.t * at[2]));
-    const double z = off / at[5], share = normal_integral(z), step = at[4] - at[3];
+  const auto model = [&](const Sample& s, const Parameters& at, Parameters* slope) {
+    const double off = s.d - (at[0] + s.t * (at[1] + s.t * at[2])), step = at[4] - at[3];
+    const BlurredStep::Value v = BlurredStep(at[5], edge.out).at(off);
+    const double even = at[3] + step * v.share, along = (s.t - 0.5) * edge.end;
+    const double light = 1 + at[6] * along + at[7] * s.d;
     if (slope) {
-      const double density = normal_density(z) / at[5] * step;
-      *slope << -density, -density * s.t, -density * s.t * s.t, 1 - share, share, -density * z;
+      const double moved = -step * v.by_distance;
+      *slope << moved, moved * s.t, moved * s.t * s.t, 1 - v.share, v.share, step * v.by_sigma, even * along / light,
+          even * s.d / light;
+      *slope *= light;
     }
-    return at[3] + step * share;
+    return even * light;
   };
   const double bend = bend_deviation(picture, edge.end);
   double scale = 0;  // of Tukey's weights; 0: all count fully
@@ -201,7 +233,7 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
     const double q = r / (4.685 * scale);
     return std::abs(q) < 1 ? (1 - q * q) * (1 - q * q) : 0.0;
   };
-  const auto cost = [&](const Vector6d& at) {
+  const auto cost = [&](const Parameters& at) {
     double sum = 0;
     for (const Sample& s : samples) {
       const double r = s.value - model(s, at, nullptr), w = weight(r);
@@ -209,34 +241,40 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
     }
     return sum;
   };
-  Matrix6d normal;
+  Normal normal;
   double squares = 0, count = 0, damping = 1e-3;
   for (int pass = 0; pass < 16; ++pass) {
     if (pass == 4 || pass == 8) {
       std::vector<double> sizes;
       for (const Sample& s : samples) sizes.push_back(std::abs(s.value - model(s, x, nullptr)));
-      scale = std::max(1.0, 1.4826 * median_of(std::move(sizes)));
+      // Most pixels are flat and only tell of noise; those on the slope also show how far the model is from the lens.
+      scale = std::max(1.4826 * median_of(std::move(sizes)), 1 + 0.02 * std::abs(x[4] - x[3]));
     }
     normal.setZero();
-    Vector6d right = Vector6d::Zero();
+    Parameters right = Parameters::Zero();
     squares = count = 0;
     for (const Sample& s : samples) {
-      Vector6d slope;
+      Parameters slope;
       const double r = s.value - model(s, x, &slope), w = weight(r);
       normal += w * slope * slope.transpose();
       right += w * r * slope;
       squares += w * r * r;
       count += w;
     }
-    const double variance = std::max(squares / std::max(count - 6, 1.0), kRounding * kRounding);
-    normal(2, 2) += variance / (bend * bend);
-    right[2] -= variance / (bend * bend) * x[2];
-    Matrix6d damped = normal;
+    const double variance = std::max(squares / std::max(count - kUnknown, 1.0), kRounding * kRounding);
+    const auto hold = [&](int i, double deviation) {
+      normal(i, i) += variance / (deviation * deviation);
+      right[i] -= variance / (deviation * deviation) * x[i];
+    };
+    hold(2, bend);
+    hold(6, kUnevenness);
+    hold(7, kUnevennessAcross);
+    Normal damped = normal;
     damped.diagonal() += damping * normal.diagonal();
-    const Vector6d step = damped.ldlt().solve(right);
+    const Parameters step = damped.ldlt().solve(right);
     if (!step.allFinite()) return false;
-    Vector6d next = x + step;
-    next[5] = std::clamp(next[5], 0.25, half);
+    Parameters next = x + step;
+    next[5] = std::clamp(next[5], 0.15, half);
     if (cost(next) <= cost(x) * (1 + 1e-9)) {
       x = next;
       damping = std::max(damping / 10, 1e-9);
@@ -246,11 +284,11 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
     if (pass > 9 && step.head<3>().norm() < 1e-4) break;
   }
   if (count < 10) return false;
-  const double variance = std::max(squares / (count - 6), kRounding * kRounding);
+  const double variance = std::max(squares / (count - kUnknown), kRounding * kRounding);
   const double contrast = sign * (x[4] - x[3]);
   if (contrast < kLeastContrast || contrast < 2 * std::sqrt(variance)) return false;
   if ((x.head<3>() - edge.curve).cwiseAbs().maxCoeff() > 2 * half) return false;
-  const Matrix6d inverse = normal.ldlt().solve(Matrix6d::Identity());
+  const Normal inverse = normal.ldlt().solve(Normal::Identity());
   if (!inverse.allFinite()) return false;
   edge.curve = x.head<3>();
   edge.covariance = variance * inverse.topLeftCorner<3, 3>();
@@ -323,9 +361,7 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
     auto b = edge_from(given(i), before, next, outline.edge_cells);
     if (!a || !b) continue;
     // A bent edge of a large tag lies far from the chord: first a wide look, then one along what was found.
-    const auto look = [&](Edge& e, double most) {
-      return follow(light, e, std::clamp(0.6 * e.cell, 1.0, most), sign);
-    };
+    const auto look = [&](Edge& e, double most) { return follow(light, e, std::clamp(0.6 * e.cell, 1.0, most), sign); };
     if (!look(*a, 20) || !look(*b, 20)) continue;
     const auto rough = meeting(*a, *b);
     if (!rough) continue;
@@ -343,8 +379,8 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
     if (!look(*a, 3) || !look(*b, 3) || !fit(light, *a, sign) || !fit(light, *b, sign)) continue;
     const auto corner = meeting(*a, *b);
     // One that wandered off by more than a cell belongs to something else.
-    if (corner && (Vector2d(corner->at.x, corner->at.y) - given(i)).norm() <
-                      std::max({3.0, 1.5 * a->cell, 1.5 * b->cell}))
+    if (corner &&
+        (Vector2d(corner->at.x, corner->at.y) - given(i)).norm() < std::max({3.0, 1.5 * a->cell, 1.5 * b->cell}))
       out[i] = corner;
   }
   return out;

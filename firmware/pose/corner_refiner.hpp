@@ -1,9 +1,9 @@
 // Where the corners of a tag are, from the light on both sides of its edges.
 //
 // Along each of the two edges that meet in a corner a picture of a blurred edge is fitted to the pixels:
-//   I(p) = dark + (bright - dark) Phi(d(p) / sigma)
+//   I(p) = inside + (outside - inside) S(d(p))
 // d is the distance from a parabola, which is what a straight edge is through a fisheye lens for a few dozen pixels;
-// Phi the integral of the normal distribution, which is what blur by optics and by the pixel's own area make of a step.
+// S a step behind a normal blur, of a width that is fitted too, and behind the area of a square pixel.
 // The corner is where both curves meet. Pixels close to the corner are left out, as blur rounds it.
 #pragma once
 

@@ -3,8 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <lightwell/result.hpp>
 #include <span>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 

@@ -77,7 +77,7 @@ using Quads = std::vector<const SeenQuad*>;
 
 struct Solution {
   Pose pose;
-  double cost = kInfinite;                    ///< Sum of squares after the loss.
+  double cost = kInfinite;                  ///< Sum of squares after the loss.
   Matrix6d information = Matrix6d::Zero();  ///< For (rotation, translation), world axes.
 };
 
@@ -92,16 +92,15 @@ Solution solved(const Quads& quads, const std::optional<GravityReading>& gravity
     for (const SeenCorner& corner : quad->corners) {
       ceres::LossFunction* loss = forgiving ? static_cast<ceres::LossFunction*>(new ceres::CauchyLoss(3))
                                             : static_cast<ceres::LossFunction*>(new ceres::HuberLoss(4));
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<CornerResidual, 2, 4, 3>(new CornerResidual{&corner}), loss, q.data(),
-          t.data());
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CornerResidual, 2, 4, 3>(new CornerResidual{&corner}),
+                               loss, q.data(), t.data());
     }
   if (gravity) {
     const Vec3d up = normalized(gravity->up_probe);
     const auto basis = tangent_basis(up);
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<UpResidual, 2, 4>(
-                                 new UpResidual{up, basis[0], basis[1], gravity->sigma_rad}),
-                             nullptr, q.data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<UpResidual, 2, 4>(new UpResidual{up, basis[0], basis[1], gravity->sigma_rad}),
+        nullptr, q.data());
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
@@ -198,7 +197,8 @@ Quat turn_to(Vec3d from, Vec3d to) {
 
 Status check(const GravityReading& gravity) {
   if (normalized(gravity.up_probe) == Vec3d{})
-    return wrong("gravity: up_probe is zero or not a number; give the direction away from the earth in the probe's frame");
+    return wrong(
+        "gravity: up_probe is zero or not a number; give the direction away from the earth in the probe's frame");
   if (!(gravity.sigma_rad > 0) || !std::isfinite(gravity.sigma_rad))
     return wrong("gravity: sigma_rad is " + std::to_string(gravity.sigma_rad) + "; it must be positive");
   return {};
@@ -212,7 +212,8 @@ Status check(std::span<const TagInRoom> room) {
     const Vec3d t = tag.world_tag.translation;
     const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     if (!(tag.size_m > 0) || !std::isfinite(tag.size_m)) return wrong(name + ": its size must be positive, in metres");
-    if (!(std::abs(norm - 1) < 1e-3)) return wrong(name + ": its quaternion has the length " + std::to_string(norm) + ", not 1");
+    if (!(std::abs(norm - 1) < 1e-3))
+      return wrong(name + ": its quaternion has the length " + std::to_string(norm) + ", not 1");
     if (!std::isfinite(t.x + t.y + t.z)) return wrong(name + ": its place is not a number");
     if (!known.emplace(tag.family, tag.id).second) return wrong(name + " is listed twice");
   }
@@ -283,8 +284,8 @@ std::vector<TagInRoom> tags_of(const TagBoard& board, const Pose& world_board) {
   std::vector<TagInRoom> out;
   for (int i = 0; i < board.tags(); ++i) {
     const int id = board.first_id + i;
-    out.push_back({board.family, id, board.tag_size_m,
-                   {world_board.rotation, transformed(world_board, board.center(id))}});
+    out.push_back(
+        {board.family, id, board.tag_size_m, {world_board.rotation, transformed(world_board, board.center(id))}});
   }
   return out;
 }
@@ -314,9 +315,8 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
     if (s.lens < 0 || static_cast<std::size_t>(s.lens) >= rig.lenses.size())
       return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
     uses.push_back({s.lens, s.tag.family, s.tag.id, 0, false});
-    const auto tag = std::find_if(room.begin(), room.end(), [&](const TagInRoom& t) {
-      return t.family == s.tag.family && t.id == s.tag.id;
-    });
+    const auto tag = std::find_if(room.begin(), room.end(),
+                                  [&](const TagInRoom& t) { return t.family == s.tag.family && t.id == s.tag.id; });
     if (tag == room.end()) continue;
     if (!met.emplace(s.lens, s.tag.family, s.tag.id).second)
       return wrong(name_of(s) + " is seen twice; a number may hang in the room only once");
@@ -364,11 +364,12 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
   const Matrix6d scaled = unit.asDiagonal() * best.information * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> parts(scaled);
   if (!unit.allFinite() || !(parts.eigenvalues()[0] > 1e-14))
-    return Status(StatusCode::failed_precondition,
-                  "the corners seen do not determine a pose; move the probe so that it sees a tag larger or less on edge");
-  const Matrix6d covariance = scale * (unit.asDiagonal() * parts.eigenvectors() *
-                                       parts.eigenvalues().cwiseInverse().asDiagonal() *
-                                       parts.eigenvectors().transpose() * unit.asDiagonal());
+    return Status(
+        StatusCode::failed_precondition,
+        "the corners seen do not determine a pose; move the probe so that it sees a tag larger or less on edge");
+  const Matrix6d covariance =
+      scale * (unit.asDiagonal() * parts.eigenvectors() * parts.eigenvalues().cwiseInverse().asDiagonal() *
+               parts.eigenvectors().transpose() * unit.asDiagonal());
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c)
       out.world_probe.covariance[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = covariance(r, c);

@@ -10,13 +10,14 @@
 // A tag's pose: T_world_tag, origin in its centre, +X right, +Y up, +Z towards who reads it (tag_corners()).
 #pragma once
 
+#include <optional>
+#include <span>
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/uncertain_pose.hpp>
-#include <optional>
-#include <span>
-#include <vector>
 
 #include "pose/tag_board.hpp"
 #include "pose/tag_detector.hpp"
@@ -40,7 +41,8 @@ struct SeenTag {
 };
 
 struct GravityReading {
-  Vec3d up_probe;        ///< Away from the earth's centre, in the probe's frame (what a resting accelerometer reads); any length.
+  Vec3d up_probe;  ///< Away from the earth's centre, in the probe's frame (what a resting accelerometer reads); any
+                   ///< length.
   double sigma_rad = 0;  ///< Standard deviation of its direction, about each of two axes across it.
 };
 

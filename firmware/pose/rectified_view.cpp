@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kRing = 8;
-constexpr double kRingHalf = 35 * kDegree, kMiddleHalf = 45 * kDegree;
+constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
 /// The ring's own centre; beyond, a view would look past the edge of most lenses.
 constexpr double kRingCenter = 70 * kDegree;
 constexpr int kLargest = 1600;
@@ -82,7 +82,7 @@ std::vector<ViewAxes> views_of(const CameraModel& lens, double beyond_rad) {
   const double end = lens.max_angle_rad();
   if (!(end > beyond_rad)) return views;
   if (const auto middle = view_towards(lens, 0, 0, kMiddleHalf)) views.push_back(*middle);
-  const double theta = std::clamp(end - 20 * kDegree, kRingHalf, kRingCenter);
+  const double theta = std::clamp(end - 20 * kDegree, 35 * kDegree, kRingCenter);
   for (int i = 0; i < kRing; ++i)
     if (const auto view = view_towards(lens, theta, 2 * std::numbers::pi * i / kRing, kRingHalf))
       views.push_back(*view);

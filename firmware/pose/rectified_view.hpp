@@ -32,7 +32,7 @@ class RectifiedView {
 };
 
 /// Views that together cover a lens from `beyond_rad` outwards and its middle, each about as fine as the picture there;
-/// neighbours share 28 degrees, so that a tag narrower than that is whole in one. None for a lens that does not reach
+/// neighbours share 35 degrees, so that a tag narrower than that is whole in one. None for a lens that does not reach
 /// `beyond_rad`.
 [[nodiscard]] std::vector<ViewAxes> views_of(const CameraModel& lens, double beyond_rad);
 

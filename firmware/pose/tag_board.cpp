@@ -79,18 +79,24 @@ std::optional<std::string> set(TagBoard& board, std::size_t key, std::string_vie
     return std::nullopt;
   };
   switch (key) {
-    case kColumns: return whole(board.columns);
-    case kRows: return whole(board.rows);
-    case kSize: return real(board.tag_size_m);
-    case kSpacing: return real(board.spacing);
-    case kOffset: return whole(board.first_id);
+    case kColumns:
+      return whole(board.columns);
+    case kRows:
+      return whole(board.rows);
+    case kSize:
+      return real(board.tag_size_m);
+    case kSpacing:
+      return real(board.spacing);
+    case kOffset:
+      return whole(board.first_id);
     case kFamily: {
       const Result<TagFamily> family = parse_tag_family(value);
       if (!family) return family.status().message();
       board.family = *family;
       return std::nullopt;
     }
-    default: break;
+    default:
+      break;
   }
   if (value == "aprilgrid") return std::nullopt;
   return "'" + std::string(value) + "' is not supported; a board of tags is of type 'aprilgrid'";
@@ -183,12 +189,23 @@ Result<TagBoard> load_tag_board(const std::string& path) {
 
 std::string tag_board_to_text(const TagBoard& board) {
   return "target_type: 'aprilgrid'\n"
-         "tagFamily: '" + std::string(to_string(board.family)) + "'\n"
-         "tagCols: " + std::to_string(board.columns) + "\n"
-         "tagRows: " + std::to_string(board.rows) + "\n"
-         "tagSize: " + text_of(board.tag_size_m) + "  # m, between the corners that are detected\n"
-         "tagSpacing: " + text_of(board.spacing) + "  # gap / tagSize\n"
-         "codeOffset: " + std::to_string(board.first_id) + "  # number of the bottom left tag\n";
+         "tagFamily: '" +
+         std::string(to_string(board.family)) +
+         "'\n"
+         "tagCols: " +
+         std::to_string(board.columns) +
+         "\n"
+         "tagRows: " +
+         std::to_string(board.rows) +
+         "\n"
+         "tagSize: " +
+         text_of(board.tag_size_m) +
+         "  # m, between the corners that are detected\n"
+         "tagSpacing: " +
+         text_of(board.spacing) +
+         "  # gap / tagSize\n"
+         "codeOffset: " +
+         std::to_string(board.first_id) + "  # number of the bottom left tag\n";
 }
 
 }  // namespace lightwell

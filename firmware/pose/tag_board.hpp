@@ -17,10 +17,11 @@
 #pragma once
 
 #include <array>
-#include <lightwell/geometry.hpp>
-#include <lightwell/result.hpp>
 #include <string>
 #include <string_view>
+
+#include <lightwell/geometry.hpp>
+#include <lightwell/result.hpp>
 
 #include "pose/tag_family.hpp"
 

@@ -47,7 +47,8 @@ Status TagDetectorOptions::validate() const {
     if (std::find(families.begin(), families.begin() + static_cast<std::ptrdiff_t>(i), families[i]) !=
         families.begin() + static_cast<std::ptrdiff_t>(i))
       return wrong("families names " + std::string(to_string(families[i])) + " twice");
-  if (!(decimate >= 1 && decimate <= 8)) return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
+  if (!(decimate >= 1 && decimate <= 8))
+    return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
   if (!(blur_px >= 0 && blur_px <= 5)) return wrong("blur_px is " + std::to_string(blur_px) + "; it must be 0 to 5");
   if (max_hamming < 0 || max_hamming > 2)
     return wrong("max_hamming is " + std::to_string(max_hamming) + "; it must be 0 to 2");

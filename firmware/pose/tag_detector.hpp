@@ -35,8 +35,8 @@ struct TagDetection {
   std::array<PixelCovariance, 4> covariance{};
   int hamming = 0;             ///< Bits that had to be corrected.
   double decision_margin = 0;  ///< Mean difference of a cell from the threshold, 0 to 255: below 20 is doubtful.
-  bool refined = false;        ///< Whether all four corners are from corner_refiner; AprilTag's are good to half a pixel.
-  bool rectified = false;      ///< Found in a rectified view only.
+  bool refined = false;    ///< Whether all four corners are from corner_refiner; AprilTag's are good to half a pixel.
+  bool rectified = false;  ///< Found in a rectified view only.
 };
 
 struct TagDetectorOptions {
@@ -73,8 +73,7 @@ class TagDetector {
 
   /// All tags in the picture, by family and number; the same number twice where it is there twice. `lens`, where given,
   /// adds rectified views. invalid_argument: a picture that does not validate.
-  [[nodiscard]] Result<std::vector<TagDetection>> detect(const GreyPicture& picture,
-                                                         const CameraModel* lens = nullptr);
+  [[nodiscard]] Result<std::vector<TagDetection>> detect(const GreyPicture& picture, const CameraModel* lens = nullptr);
 
  private:
   struct Inside;

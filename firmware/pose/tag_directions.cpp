@@ -1,8 +1,9 @@
 #include "pose/tag_directions.hpp"
 
-#include <Eigen/Dense>
 #include <array>
 #include <cmath>
+
+#include <Eigen/Dense>
 
 namespace lightwell {
 
@@ -44,7 +45,8 @@ Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
     const Vector3d a = eigen(directions[i]) - mean, b = eigen(directions[(i + 1) % 4]) - mean;
     turn += a.cross(b).dot(-mean);
   }
-  if (turn <= 0) return {{}, "its corners run clockwise: it is seen from behind or in a mirror, or they are in another order"};
+  if (turn <= 0)
+    return {{}, "its corners run clockwise: it is seen from behind or in a mirror, or they are in another order"};
 
   const std::array<Vec3d, 4> plane = tag_corners(2);
   Eigen::Matrix<double, 8, 9> system;

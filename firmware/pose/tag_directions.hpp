@@ -1,12 +1,14 @@
 // Seen corners as directions in the probe's frame, and the first pose that a single tag gives. For this room's sources.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <Eigen/Core>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
-#include <string>
-#include <vector>
 
 #include "calibration/camera_model.hpp"
 #include "pose/mounting.hpp"

@@ -11,8 +11,10 @@ namespace lightwell {
 
 std::string_view to_string(TagFamily family) {
   switch (family) {
-    case TagFamily::tag36h11: return "tag36h11";
-    case TagFamily::tagStandard41h12: return "tagStandard41h12";
+    case TagFamily::tag36h11:
+      return "tag36h11";
+    case TagFamily::tagStandard41h12:
+      return "tagStandard41h12";
   }
   return "unknown";
 }
@@ -26,8 +28,10 @@ Result<TagFamily> parse_tag_family(std::string_view name) {
 
 TagShape shape_of(TagFamily family) {
   switch (family) {
-    case TagFamily::tag36h11: return {10, 8, 587, true};
-    case TagFamily::tagStandard41h12: return {9, 5, 2115, false};
+    case TagFamily::tag36h11:
+      return {10, 8, 587, true};
+    case TagFamily::tagStandard41h12:
+      return {9, 5, 2115, false};
   }
   return {};
 }

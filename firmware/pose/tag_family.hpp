@@ -5,9 +5,10 @@
 #pragma once
 
 #include <cstdint>
-#include <lightwell/result.hpp>
 #include <string_view>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 
@@ -22,9 +23,9 @@ enum class TagFamily : std::uint8_t {
 [[nodiscard]] Result<TagFamily> parse_tag_family(std::string_view name);
 
 struct TagShape {
-  int cells = 0;           ///< Across the whole tag, a white rim included where the family prints one.
-  int edge_cells = 0;      ///< Across the square whose corners are detected: the tag's size is their width.
-  int tags = 0;            ///< Numbers run from 0 to here, exclusively.
+  int cells = 0;            ///< Across the whole tag, a white rim included where the family prints one.
+  int edge_cells = 0;       ///< Across the square whose corners are detected: the tag's size is their width.
+  int tags = 0;             ///< Numbers run from 0 to here, exclusively.
   bool dark_inside = true;  ///< Whether that square's rim is dark and its surroundings bright, or the other way round.
 };
 

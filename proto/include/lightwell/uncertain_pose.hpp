@@ -11,8 +11,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <lightwell/geometry.hpp>
 #include <limits>
+
+#include <lightwell/geometry.hpp>
 
 namespace lightwell {
 
@@ -139,8 +140,7 @@ inline constexpr Matrix3 kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 /// the device's frame, and where on the probe the tag is. A tag's frame: origin in its centre, +X right, +Y up, +Z
 /// towards who reads it. A detector that speaks _cv of tags (z into the wall) is turned by half a turn about X first.
 [[nodiscard]] inline UncertainPose probe_from_own_tag(const UncertainPose& world_device,
-                                                      const UncertainPose& device_tag,
-                                                      const UncertainPose& probe_tag) {
+                                                      const UncertainPose& device_tag, const UncertainPose& probe_tag) {
   return compose(compose(world_device, device_tag), inverse(probe_tag));
 }
 

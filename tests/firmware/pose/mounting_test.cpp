@@ -66,7 +66,8 @@ std::array<int, 6> within_three_sigma(const RigParameters& rig, const std::vecto
   double worst_angle = 0, worst_place = 0, normalized_sum = 0;
   int trials = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    const auto mounting = find_mounting(rig, room, seen_from(rig, room, truth, sigma_px, 1000 + seed), gravity, exact_model());
+    const auto mounting =
+        find_mounting(rig, room, seen_from(rig, room, truth, sigma_px, 1000 + seed), gravity, exact_model());
     EXPECT_TRUE(mounting) << mounting.status().message();
     if (!mounting) continue;
     const auto e = error_of(mounting->world_probe.pose, truth);
@@ -97,7 +98,8 @@ TEST(Mounting, TheErrorIsWithinThreeSigmaInNearlyAllOfAHundredTrials) {
   one_lens.lenses.resize(1);
   for (const int n : within_three_sigma(one_lens, room, probe_in_room(), "one lens")) EXPECT_GE(n, 95);
   // A single tag, large enough in the picture and askew enough to have one solution only.
-  const std::vector<TagInRoom> single = {{TagFamily::tag36h11, 0, 0.4, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
+  const std::vector<TagInRoom> single = {
+      {TagFamily::tag36h11, 0, 0.4, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
   for (const int n : within_three_sigma(rig, single, probe_in_room(), "one tag")) EXPECT_GE(n, 95);
 }
 
@@ -135,7 +137,8 @@ TEST(Mounting, AFarTagSeenNearlyHeadOnIsAmbiguousAndBothSolutionsAreGiven) {
     EXPECT_GT(angle_of(error_of(*mounting->alternative, mounting->world_probe.pose)), 0.1);
     EXPECT_GE(mounting->alternative_excess, 0);
   }
-  std::cout << "far tag: ambiguous in " << ambiguous << " of " << kTrials << ", truth near one of both in " << near_either << "\n";
+  std::cout << "far tag: ambiguous in " << ambiguous << " of " << kTrials << ", truth near one of both in "
+            << near_either << "\n";
   EXPECT_GE(ambiguous, kTrials * 8 / 10);
   EXPECT_GE(near_either, ambiguous * 9 / 10);
 }
@@ -146,8 +149,7 @@ TEST(Mounting, GravityDecidesBetweenTheTwo) {
   Pose probe;
   probe.translation = {0, 1.4, 1.0};
   // Tilted about the horizontal, so that the mirror image has the probe lean.
-  const std::vector<TagInRoom> room = {
-      {TagFamily::tag36h11, 5, 0.12, {Quat::about({1, 0, 0}, 0.35), {0.1, 1.4, -1}}}};
+  const std::vector<TagInRoom> room = {{TagFamily::tag36h11, 5, 0.12, {Quat::about({1, 0, 0}, 0.35), {0.1, 1.4, -1}}}};
   GravityReading gravity{{0, 9.8, 0}, 0.5 * kDegree};
   int without = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -173,7 +175,8 @@ TEST(Mounting, GravityMakesUpSurerThanATagAlone) {
   ASSERT_TRUE(alone && with);
   for (const std::size_t i : {0u, 2u}) {
     EXPECT_LT(with->world_probe.covariance[i][i], 0.5 * alone->world_probe.covariance[i][i]);
-    EXPECT_LE(std::sqrt(with->world_probe.covariance[i][i]), 1.01 * gravity.sigma_rad * std::max(1.0, std::sqrt(with->chi_square)));
+    EXPECT_LE(std::sqrt(with->world_probe.covariance[i][i]),
+              1.01 * gravity.sigma_rad * std::max(1.0, std::sqrt(with->chi_square)));
   }
   const auto e = error_of(with->world_probe.pose, probe_in_room());
   EXPECT_LT(std::hypot(e[0], e[2]), 3 * 0.05 * kDegree * std::sqrt(2));
@@ -237,7 +240,8 @@ TEST(Mounting, ATagBeyondNinetyDegreesCounts) {
   rig.lenses.resize(1);
   // Beside the probe and a little behind its lens.
   const Vec3d at{1, 0, 0.03};
-  const std::vector<TagInRoom> room = {{TagFamily::tag36h11, 1, 0.08, test::board_facing(test::single_tag(1, 0.08), at, Vec3d{-1, 0, 0.4}).world_board}};
+  const std::vector<TagInRoom> room = {
+      {TagFamily::tag36h11, 1, 0.08, test::board_facing(test::single_tag(1, 0.08), at, Vec3d{-1, 0, 0.4}).world_board}};
   std::vector<TagInRoom> centred = room;
   centred[0].world_tag.translation = at;
   const auto seen = seen_from(rig, centred, {}, 0, 1);

@@ -20,6 +20,7 @@ using test::CornerErrors;
 using test::errors_of;
 using test::PictureOptions;
 using test::PlacedBoard;
+using test::TrueTag;
 
 constexpr Pose kOrigin;
 
@@ -32,24 +33,30 @@ std::vector<TagDetection> detect(const BoardPicture& picture, const TagDetectorO
   return *tags;
 }
 
-/// Tags of 30 to 50 px all over the inner lens.
+/// Tags of 30 to 50 px all over the lens; of tagStandard41h12 the square is a smaller part of the paper.
 std::vector<PlacedBoard> many_tags(TagFamily family = TagFamily::tag36h11) {
   std::vector<PlacedBoard> boards;
-  add_ring(boards, 12, 4, 0.14, 25, family);
-  add_ring(boards, 30, 8, 0.17, 30, family);
-  add_ring(boards, 52, 12, 0.19, 20, family);
-  add_ring(boards, 74, 14, 0.2, 10, family);
+  const double part = family == TagFamily::tag36h11 ? 1 : 0.65;
+  add_ring(boards, 14, 4, 0.14 * part, 25, family);
+  add_ring(boards, 32, 8, 0.17 * part, 30, family);
+  add_ring(boards, 54, 12, 0.19 * part, 20, family);
+  add_ring(boards, 76, 14, 0.2 * part, 10, family);
   return boards;
 }
 
 void report(const char* what, const CornerErrors& e) {
-  std::cout << what << ": " << e.corners << " corners, RMS " << e.rms() << " px a coordinate, mean (" << e.sum_x / e.corners
-            << ", " << e.sum_y / e.corners << "), largest " << e.largest << ", e'C^-1 e / 2 "
+  std::cout << what << ": " << e.corners << " corners, RMS " << e.rms() << " px a coordinate, mean ("
+            << e.sum_x / e.corners << ", " << e.sum_y / e.corners << "), largest " << e.largest << ", e'C^-1 e / 2 "
             << (e.refined ? e.normalized / (2 * e.refined) : 0) << "\n";
 }
 
 TEST(TagAccuracy, TheTopLeftPixelsCentreIsTheOrigin) {
-  const BoardCamera camera(test::fisheye_lens(800));
+  // A narrow lens: edges are straight, so that AprilTag's own corners are as good as they get.
+  const BoardCamera camera(test::fisheye_lens(800, 36));
+  std::vector<PlacedBoard> boards;
+  add_ring(boards, 3.5, 4, 0.035, 20);
+  add_ring(boards, 8, 8, 0.04, 20);
+  add_ring(boards, 13, 12, 0.04, 20);
   for (const bool refine : {false, true}) {
     CornerErrors all;
     TagDetectorOptions options;
@@ -60,7 +67,7 @@ TEST(TagAccuracy, TheTopLeftPixelsCentreIsTheOrigin) {
       picture_options.seed = static_cast<std::uint64_t>(i) + 1;
       Pose probe;
       probe.translation = {0.0013 * i, 0.0007 * i, 0};
-      const BoardPicture picture = camera.take(probe, many_tags(), picture_options);
+      const BoardPicture picture = camera.take(probe, boards, picture_options);
       const CornerErrors e = errors_of(detect(picture, options), picture);
       all.corners += e.corners;
       all.sum_x += e.sum_x;
@@ -68,14 +75,14 @@ TEST(TagAccuracy, TheTopLeftPixelsCentreIsTheOrigin) {
       all.squares += e.squares;
     }
     report(refine ? "refined" : "AprilTag's own", all);
-    ASSERT_GT(all.corners, 300);
+    ASSERT_GT(all.corners, 250);
     // Errors of the edges' places cancel over corners on all sides; half a pixel of convention would not.
     EXPECT_LT(std::abs(all.sum_x / all.corners), 0.02) << "refined: " << refine;
     EXPECT_LT(std::abs(all.sum_y / all.corners), 0.02) << "refined: " << refine;
   }
 }
 
-TEST(TagAccuracy, CornersAreGoodToATenthOfAPixelThroughEachModelOfALens) {
+TEST(TagAccuracy, CornersAreGoodToATwentiethOfAPixelThroughEachModelOfALens) {
   const std::array<std::pair<const char*, LensParameters>, 2> lenses = {
       {{"Kannala-Brandt", test::fisheye_lens(800)}, {"double sphere", test::double_sphere_lens(800)}}};
   for (const auto& [name, lens] : lenses) {
@@ -90,10 +97,10 @@ TEST(TagAccuracy, CornersAreGoodToATenthOfAPixelThroughEachModelOfALens) {
       report(name, e);
       EXPECT_GE(tags.size(), boards.size() - 1) << to_string(family);
       EXPECT_GE(e.refined, 0.95 * e.corners);
-      EXPECT_LT(e.rms(), 0.1) << to_string(family) << "; asked are 0.2 px";
-      // A covariance that is honest has 1 here; parabolas and leaks of neighbouring cells are not in it.
+      EXPECT_LT(e.rms(), 0.05) << to_string(family) << "; asked are 0.2 px";
+      // A covariance that is honest has 1 here.
       EXPECT_GT(e.normalized / (2 * e.refined), 0.4);
-      EXPECT_LT(e.normalized / (2 * e.refined), 3);
+      EXPECT_LT(e.normalized / (2 * e.refined), 2.5);
     }
   }
 }
@@ -117,8 +124,8 @@ TEST(TagAccuracy, NeitherBlurNorNoiseNorFalloffMovesCornersFar) {
   dim.background = 0.1;
   falloff.falloff = true;
   for (const auto& [name, options, limit] :
-       {Case{"sharp", sharp, 0.1}, Case{"soft", soft, 0.12}, Case{"noisy", noisy, 0.2}, Case{"dim", dim, 0.15},
-        Case{"falloff", falloff, 0.1}}) {
+       {Case{"sharp", sharp, 0.05}, Case{"soft", soft, 0.06}, Case{"noisy", noisy, 0.1}, Case{"dim", dim, 0.05},
+        Case{"falloff", falloff, 0.05}}) {
     const BoardPicture picture = camera.take(kOrigin, many_tags(), options);
     const CornerErrors e = errors_of(detect(picture), picture);
     report(name, e);
@@ -161,8 +168,8 @@ TEST(TagAccuracy, AnEncodedPictureMustBeLinearisedOrTagsLookSmaller) {
 TEST(TagAccuracy, BentEdgesOfLargeTagsAreFollowed) {
   const BoardCamera camera(test::fisheye_lens(800));
   std::vector<PlacedBoard> boards;
-  // 40 degrees across: some 180 px, bent by several.
-  add_ring(boards, 50, 5, 0.7);
+  // 30 degrees across: some 140 px, bent by several.
+  add_ring(boards, 60, 5, 0.54);
   const BoardPicture picture = camera.take(kOrigin, boards);
   const auto tags = detect(picture, {}, &camera.model());
   const CornerErrors e = errors_of(tags, picture);

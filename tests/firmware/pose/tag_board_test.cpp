@@ -27,7 +27,9 @@ TagBoard small_board() {
   return board;
 }
 
-void expect_at(Vec3d got, Vec3d wanted) { EXPECT_LT(length(got - wanted), kExact) << got.x << " " << got.y << " " << got.z; }
+void expect_at(Vec3d got, Vec3d wanted) {
+  EXPECT_LT(length(got - wanted), kExact) << got.x << " " << got.y << " " << got.z;
+}
 
 TEST(TagBoard, TheFirstTagIsAtTheBottomLeftWithItsCornerInTheOrigin) {
   const auto c = small_board().corners(10);
@@ -119,7 +121,8 @@ TEST(TagBoard, AMistakeInTheTextNamesItsLineAndTheRemedy) {
   const std::string good = kGood;
   EXPECT_EQ(refusal(good + "tagSpacin: 0.3\n"), "b.yaml:5: unknown field 'tagSpacin'; did you mean 'tagSpacing'?");
   EXPECT_THAT(refusal(good), HasSubstr("tagSpacing is missing"));
-  EXPECT_THAT(refusal(good + "tagSpacing: 0.3\ntagCols: 7\n"), StartsWith("b.yaml:6: tagCols stands on line 2 already"));
+  EXPECT_THAT(refusal(good + "tagSpacing: 0.3\ntagCols: 7\n"),
+              StartsWith("b.yaml:6: tagCols stands on line 2 already"));
   EXPECT_THAT(refusal(good + "tagSpacing: wide\n"), StartsWith("b.yaml:5: tagSpacing: 'wide' is not a number"));
   EXPECT_THAT(refusal(good + "tagSpacing: 0.3\ncodeOffset: 1.5\n"), HasSubstr("'1.5' is not a whole number"));
   EXPECT_THAT(refusal(good + "tagSpacing: 0.3\ntagFamily: tag16h5\n"), HasSubstr("known are tag36h11"));

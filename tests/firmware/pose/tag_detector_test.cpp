@@ -109,7 +109,8 @@ TEST(TagDetector, PicturesWithoutTagsHaveNone) {
   std::mt19937_64 random(4);
   std::vector<std::uint8_t> noise(400 * 400);
   for (auto& v : noise) v = static_cast<std::uint8_t>(random());
-  for (const auto& pixels : {std::vector<std::uint8_t>(400 * 400, 0), std::vector<std::uint8_t>(400 * 400, 255), noise}) {
+  for (const auto& pixels :
+       {std::vector<std::uint8_t>(400 * 400, 0), std::vector<std::uint8_t>(400 * 400, 255), noise}) {
     const auto tags = detector().detect({pixels, 400, 400, 400}, &camera().model());
     ASSERT_TRUE(tags);
     EXPECT_TRUE(tags->empty());
@@ -147,7 +148,8 @@ TEST(TagDetector, OptionsThatMeanNothingAreRefused) {
   EXPECT_THAT(refused([](auto& o) { o.max_hamming = 3; }), HasSubstr("max_hamming"));
   EXPECT_THAT(refused([&](auto& o) { o.min_decision_margin = kNan; }), HasSubstr("min_decision_margin"));
   EXPECT_THAT(refused([](auto& o) { o.linear.resize(255); }), HasSubstr("linear"));
-  EXPECT_THAT(refused([&](auto& o) { o.linear.assign(256, std::numeric_limits<float>::infinity()); }), HasSubstr("finite"));
+  EXPECT_THAT(refused([&](auto& o) { o.linear.assign(256, std::numeric_limits<float>::infinity()); }),
+              HasSubstr("finite"));
   EXPECT_THAT(refused([&](auto& o) { o.rectify_beyond_rad = kNan; }), HasSubstr("rectify_beyond_rad"));
   EXPECT_THAT(refused([](auto& o) { o.threads = 0; }), HasSubstr("threads"));
 }

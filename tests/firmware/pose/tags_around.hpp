@@ -5,6 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "fixtures/board_pictures.hpp"
 #include "pose/tag_detector.hpp"
 
@@ -28,14 +30,21 @@ inline TagBoard single_tag(int id, double size_m, TagFamily family = TagFamily::
   return board;
 }
 
-/// `count` tags in a ring, each 1 m away, facing the probe but for `tilt_deg`, each rolled differently.
-inline void add_ring(std::vector<PlacedBoard>& out, double theta_deg, int count, double size_m, double tilt_deg = 0,
+/// Up to `most` tags in a ring, as many as fit beside each other, 1 m away, facing the probe but for `tilt_deg`, each
+/// rolled differently.
+inline void add_ring(std::vector<PlacedBoard>& out, double theta_deg, int most, double size_m, double tilt_deg = 0,
                      TagFamily family = TagFamily::tag36h11) {
+  const TagShape shape = shape_of(family);
+  const double margin = (shape.cells - shape.edge_cells) / 2.0 / shape.edge_cells + 0.2;
+  // Corner to corner of the paper, as it may be rolled by any angle.
+  const double room = size_m * (1 + 2 * margin) * std::numbers::sqrt2;
+  const int count = std::min(most, static_cast<int>(2 * std::numbers::pi * std::sin(theta_deg * kDegree) / room));
   for (int i = 0; i < count; ++i) {
     const Vec3d at = direction_at(theta_deg, 360.0 * i / count + 7);
     const Vec3d aside = tangent_basis(at)[static_cast<std::size_t>(i % 2)];
     const Vec3d towards = -at * std::cos(tilt_deg * kDegree) + aside * std::sin(tilt_deg * kDegree);
     out.push_back(board_facing(single_tag(static_cast<int>(out.size()), size_m, family), at, towards, 0.7 * i));
+    out.back().margin = margin;
   }
 }
 
