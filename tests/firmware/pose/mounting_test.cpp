@@ -238,19 +238,47 @@ TEST(Mounting, TwoTagsThatContradictEachOtherAreRefused) {
 TEST(Mounting, ATagBeyondNinetyDegreesCounts) {
   RigParameters rig = pair_rig();
   rig.lenses.resize(1);
-  // Beside the probe and a little behind its lens.
-  const Vec3d at{1, 0, 0.03};
-  const std::vector<TagInRoom> room = {
-      {TagFamily::tag36h11, 1, 0.08, test::board_facing(test::single_tag(1, 0.08), at, Vec3d{-1, 0, 0.4}).world_board}};
-  std::vector<TagInRoom> centred = room;
-  centred[0].world_tag.translation = at;
-  const auto seen = seen_from(rig, centred, {}, 0, 1);
+  // Beside the probe and behind its lens, all four corners.
+  std::vector<TagInRoom> room = {{TagFamily::tag36h11, 1, 0.03, {}}};
+  room[0].world_tag = {test::board_facing(test::single_tag(1, 0.03), {}, Vec3d{-1, 0, 0.4}).world_board.rotation,
+                       {1, 0, 0.02}};
+  const auto seen = seen_from(rig, room, {}, 0, 1);
   ASSERT_EQ(seen.size(), 1u);
-  const auto mounting = find_mounting(rig, centred, seen);
+  for (const PixelPosition p : seen[0].tag.corners)
+    EXPECT_LT(CameraModel(rig.lenses[0]).unproject(p)->z, 0) << "behind the lens";
+  const auto mounting = find_mounting(rig, room, seen);
   ASSERT_TRUE(mounting) << mounting.status().message();
   const auto e = error_of(mounting->world_probe.pose, {});
   EXPECT_LT(angle_of(e), 1e-6);
   EXPECT_LT(distance_of(e), 1e-6);
+}
+
+TEST(Mounting, FromPicturesOfBothLensesThroughTheDetector) {
+  RigParameters rig = pair_rig(800);
+  const auto room = tags_on_walls();
+  std::vector<test::PlacedBoard> boards;
+  for (const TagInRoom& tag : room) {
+    const TagBoard board = test::single_tag(tag.id, tag.size_m);
+    boards.push_back({board, {tag.world_tag.rotation, transformed(tag.world_tag, tag_corners(tag.size_m)[0])}});
+  }
+  auto detector = TagDetector::make();
+  ASSERT_TRUE(detector);
+  std::vector<SeenTag> seen;
+  for (std::size_t lens = 0; lens < 2; ++lens) {
+    const test::BoardCamera camera(rig.lenses[lens]);
+    const auto tags = detector->detect(camera.take(probe_in_room(), boards).view(), &camera.model());
+    ASSERT_TRUE(tags);
+    for (const TagDetection& tag : *tags) seen.push_back({static_cast<int>(lens), tag});
+  }
+  ASSERT_GE(seen.size(), 6u);
+  const auto mounting = find_mounting(rig, room, seen, std::nullopt, exact_model());
+  ASSERT_TRUE(mounting) << mounting.status().message();
+  const auto e = error_of(mounting->world_probe.pose, probe_in_room());
+  std::cout << "through pictures, " << seen.size() << " tags of 16 cm: direction " << angle_of(e) / kDegree
+            << " deg, place " << 1000 * distance_of(e) << " mm, RMS " << mounting->rms_px << " px\n";
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_LT(std::abs(e[i]), 3 * std::sqrt(mounting->world_probe.covariance[i][i]));
+  EXPECT_LT(angle_of(e), 0.05 * kDegree);
+  EXPECT_LT(distance_of(e), 0.002);
 }
 
 TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {

@@ -1,0 +1,11 @@
+// lightwell-calibrate board: a board of tags to print.
+#pragma once
+
+#include <span>
+
+namespace lightwell::calibrate {
+
+/// `arguments` are those after the word "board". The exit status: 0 done, 1 wrong input, 2 wrong usage.
+int board_command(std::span<char* const> arguments);
+
+}  // namespace lightwell::calibrate

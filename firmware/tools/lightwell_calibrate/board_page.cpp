@@ -1,0 +1,108 @@
+#include "tools/lightwell_calibrate/board_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace lightwell::calibrate {
+
+namespace {
+
+/// What printers leave white, and what the words and the ruler need below the board, mm.
+constexpr double kEdge = 7, kFooter = 20;
+constexpr double kRuler = 100;
+
+std::string brief(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+/// Ink beyond the corners that are detected, as a share of the tag's size.
+double outside(TagFamily family) {
+  const TagShape shape = shape_of(family);
+  return (shape.cells - shape.edge_cells) / 2.0 / shape.edge_cells;
+}
+
+/// The whole print's width and height by the tag's size.
+std::pair<double, double> extent(const TagBoard& board) {
+  const double more = 1 + 2 * outside(board.family);
+  return {(board.columns - 1) * (1 + board.spacing) + more, (board.rows - 1) * (1 + board.spacing) + more};
+}
+
+void draw_tag(const TagBitmap& tag, double left, double top, double cell, std::vector<Rectangle>& out) {
+  for (int row = 0; row < tag.cells; ++row)
+    for (int column = 0; column < tag.cells;) {
+      int end = column;
+      while (end < tag.cells && tag.is_dark(end, row)) ++end;
+      if (end > column) out.push_back({left + column * cell, top + row * cell, (end - column) * cell, cell});
+      column = end + 1;
+    }
+}
+
+void draw_ruler(double x, double y, Page& page) {
+  constexpr double kThin = 0.15;
+  std::vector<Rectangle> lines = {{x, y, kRuler, kThin}};
+  // The strokes stand on the line; a stroke's left side is its place, but for the last, whose right side is.
+  for (int mm = 0; mm <= static_cast<int>(kRuler); ++mm) {
+    const double high = mm % 10 == 0 ? 3.2 : mm % 5 == 0 ? 2.2 : 1.4;
+    if (mm > 10 && mm < 90 && mm % 5 != 0) continue;
+    lines.push_back({x + mm - (mm == static_cast<int>(kRuler) ? kThin : 0), y - high, kThin, high});
+  }
+  page.shapes.push_back(std::move(lines));
+  for (int mm = 0; mm <= static_cast<int>(kRuler); mm += 50)
+    page.texts.push_back(
+        {std::to_string(mm) + (mm == static_cast<int>(kRuler) ? " mm" : ""), x + mm + 0.8, y - 3.6, 2.4});
+}
+
+}  // namespace
+
+Result<BoardPage> layout(const TagBoard& board, const Paper& paper) {
+  const double tag = 1000 * board.tag_size_m;
+  const auto [across, upwards] = extent(board);
+  double largest = 0;
+  for (const bool turned : {false, true}) {
+    const double width = turned ? paper.height_mm : paper.width_mm, height = turned ? paper.width_mm : paper.height_mm;
+    const double room_x = width - 2 * kEdge, room_y = height - 2 * kEdge - kFooter;
+    largest = std::max(largest, std::min(room_x / across, room_y / upwards));
+    if (tag * across > room_x || tag * upwards > room_y) continue;
+    BoardPage out;
+    out.landscape = turned;
+    Page& page = out.page;
+    page.width = width;
+    page.height = height;
+    const double beyond = outside(board.family) * tag;
+    out.origin_x_mm = kEdge + (room_x - tag * across) / 2 + beyond;
+    out.origin_y_mm = kEdge + (room_y - tag * upwards) / 2 + tag * upwards - beyond;
+    const double cell = tag / shape_of(board.family).edge_cells;
+    for (int id = board.first_id; id < board.first_id + board.tags(); ++id) {
+      const Result<TagBitmap> bitmap = tag_bitmap(board.family, id);
+      if (!bitmap) return bitmap.status();
+      const Vec3d top_left = board.corners(id)[3];
+      page.shapes.emplace_back();
+      draw_tag(*bitmap, out.origin_x_mm + 1000 * top_left.x - beyond, out.origin_y_mm - 1000 * top_left.y - beyond,
+               cell, page.shapes.back());
+    }
+    const double foot = height - kEdge - kFooter;
+    const std::string numbers =
+        std::to_string(board.first_id) + " to " + std::to_string(board.first_id + board.tags() - 1);
+    page.texts.push_back({"Lightwell board: " + std::string(to_string(board.family)) + ", " +
+                              std::to_string(board.columns) + " x " + std::to_string(board.rows) + " tags, numbers " +
+                              numbers + " from the bottom left, tag " + brief(tag) + " mm, gap " +
+                              brief(tag * board.spacing) + " mm (spacing " + brief(board.spacing) + ").",
+                          kEdge + 2, foot + 5, 2.6});
+    page.texts.push_back(
+        {"Print at 100 % (\"actual size\") on matt paper and glue it onto something flat. Corner to corner " +
+             brief(1000 * board.width_m()) + " x " + brief(1000 * board.height_m()) + " mm: measure both ways.",
+         kEdge + 2, foot + 9, 2.6});
+    draw_ruler(kEdge + 2, foot + 18.5, page);
+    return out;
+  }
+  return Status(StatusCode::invalid_argument, "the board is " + brief(tag * across) + " x " + brief(tag * upwards) +
+                                                  " mm with its rim and does not fit " + std::string(paper.name) +
+                                                  "; --tag-size-mm " + brief(std::floor(largest * 10) / 10) +
+                                                  " would, or fewer --columns and --rows, or larger --paper");
+}
+
+}  // namespace lightwell::calibrate

@@ -1,0 +1,94 @@
+#include "tools/lightwell_calibrate/words.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+#include "camera/uri.hpp"
+
+namespace lightwell::calibrate {
+
+Result<std::vector<Word>> words_of(std::span<char* const> arguments, const std::vector<std::string_view>& known) {
+  const auto usage = [](const std::string& what) {
+    return Status(StatusCode::invalid_argument, what + "; see --help");
+  };
+  std::vector<Word> out;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string_view text = arguments[i];
+    if (text == "--help" || text == "-h") {
+      out.push_back({"--help", ""});
+      return out;
+    }
+    if (text.size() < 2 || text[0] != '-') {
+      out.push_back({"", std::string(text)});
+      continue;
+    }
+    const auto equals = text.find('=');
+    const std::string name(text.substr(0, equals));
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      const std::string near = nearest_name(name, known);
+      return usage("unknown option " + name + (near.empty() ? "" : "; did you mean " + near + "?"));
+    }
+    if (equals != std::string_view::npos) {
+      out.push_back({name, std::string(text.substr(equals + 1))});
+    } else if (i + 1 < arguments.size()) {
+      out.push_back({name, arguments[++i]});
+    } else {
+      return usage(name + " needs a value");
+    }
+  }
+  return out;
+}
+
+std::optional<std::vector<double>> numbers(std::string_view text, std::size_t count) {
+  std::vector<double> out;
+  while (true) {
+    const auto comma = text.find(',');
+    const auto value = number<double>(text.substr(0, comma));
+    if (!value || !std::isfinite(*value)) return std::nullopt;
+    out.push_back(*value);
+    if (comma == std::string_view::npos) break;
+    text.remove_prefix(comma + 1);
+  }
+  if (out.size() != count) return std::nullopt;
+  return out;
+}
+
+Status write_file(const std::string& path, std::string_view bytes) {
+  if (path == "-") {
+    std::cout << bytes << std::flush;
+    return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
+  }
+  std::ofstream out(path, std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  return out ? Status() : Status(StatusCode::data_loss, path + ": cannot be written");
+}
+
+std::string json_number(double value) {
+  if (std::isnan(value)) return "\"NaN\"";
+  if (std::isinf(value)) return value > 0 ? "\"Infinity\"" : "\"-Infinity\"";
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+std::string json_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      char code[8];
+      std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
+      out += code;
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+}  // namespace lightwell::calibrate
