@@ -314,22 +314,33 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
     const SeenTag& s = seen[i];
     if (s.lens < 0 || static_cast<std::size_t>(s.lens) >= rig.lenses.size())
       return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
-    uses.push_back({s.lens, s.tag.family, s.tag.id, 0, false});
+    uses.push_back({s.lens, s.tag.family, s.tag.id, 0, false, {}});
     const auto tag = std::find_if(room.begin(), room.end(),
                                   [&](const TagInRoom& t) { return t.family == s.tag.family && t.id == s.tag.id; });
-    if (tag == room.end()) continue;
+    if (tag == room.end()) {
+      uses.back().left_out = "it is not in the room's list";
+      continue;
+    }
     if (!met.emplace(s.lens, s.tag.family, s.tag.id).second)
       return wrong(name_of(s) + " is seen twice; a number may hang in the room only once");
     Result<SeenQuad> quad = directions_of(rig, s, *tag, options.model_error_px);
-    if (!quad) return quad.status();
+    if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
+    if (!quad) {
+      uses.back().left_out = quad.status().message();
+      continue;
+    }
     quad->index = i;
     known.push_back(std::move(*quad));
   }
   if (known.empty()) {
-    if (!gravity)
-      return wrong(seen.empty() ? "no tag is seen and no gravity is given"
-                                : "none of the " + std::to_string(seen.size()) +
-                                      " seen tags is in the room's list, and no gravity is given");
+    if (!gravity) {
+      std::string why = "no tag is seen";
+      for (const TagUse& use : uses)
+        why = uses.size() == 1 || use.left_out != "it is not in the room's list"
+                  ? use.left_out
+                  : "none of the " + std::to_string(seen.size()) + " seen tags is in the room's list";
+      return wrong(why + ", and no gravity is given");
+    }
     Result<Mounting> up = gravity_mounting(*gravity);
     if (up) up->tags = std::move(uses);
     return up;
@@ -387,7 +398,11 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
     TagUse& use = out.tags[quad.index];
     use.rms_px = rms_px(rig, seen[quad.index], *quad.tag, best.pose);
     use.used = std::find(used.begin(), used.end(), &quad) != used.end();
-    if (use.used) squares += use.rms_px * use.rms_px;
+    if (use.used) {
+      squares += use.rms_px * use.rms_px;
+    } else {
+      use.left_out = "it contradicts the others";
+    }
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(used.size()));
   return out;

@@ -12,6 +12,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
@@ -61,8 +62,10 @@ struct TagUse {
   int lens = 0;
   TagFamily family = TagFamily::tag36h11;
   int id = 0;
-  double rms_px = 0;  ///< Of its corners against the answer; infinite where the lens would not see one of them.
-  bool used = false;  ///< Not where it contradicts the others (hung elsewhere by now?), or is not in the room's list.
+  double rms_px = 0;  ///< Of its corners against the answer; infinite where the lens would not see one of them. 0 where
+                      ///< there is nothing to compare with.
+  bool used = false;
+  std::string left_out;  ///< Otherwise why not: not in the room's list, seen on edge, contradicts the others.
 };
 
 struct Mounting {
@@ -79,10 +82,10 @@ struct Mounting {
   double chi_square = 0;     ///< Over the degrees of freedom; the covariance is scaled by it where it is above 1.
 };
 
-/// `rig` has passed validate().
-/// invalid_argument: no tag of the room is seen and no gravity given; a number that is NaN; corners in a line, turned
-/// round (a tag seen from behind, or through a mirror) or outside of what the lens sees; a tag twice in one lens or in
-/// the room; options that do not validate. failed_precondition: the tags contradict each other, so that no majority
+/// `rig` has passed validate(). A tag whose corners lie in a line, are turned round (seen from behind, or through a
+/// mirror) or outside of what the lens sees is left out, and refused where nothing else is left.
+/// invalid_argument: no tag of the room is seen and no gravity given; a number that is NaN; a tag twice in one lens or
+/// in the room; options that do not validate. failed_precondition: the tags contradict each other, so that no majority
 /// agrees on a place.
 [[nodiscard]] Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRoom> room,
                                              std::span<const SeenTag> seen,

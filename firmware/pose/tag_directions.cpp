@@ -95,6 +95,9 @@ Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, co
   const auto wrong = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, name_of(seen) + ": " + what);
   };
+  const auto useless = [&](const std::string& what) {
+    return Status(StatusCode::failed_precondition, name_of(seen) + ": " + what);
+  };
   const LensParameters& lens = rig.lenses[static_cast<std::size_t>(seen.lens)];
   const CameraModel model(lens);
   const Quat to_probe = lens.pose_cv.rotation.normalized();
@@ -110,7 +113,7 @@ Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, co
     if (!(c.xx > 0 && c.yy > 0 && c.xx * c.yy > c.xy * c.xy) || !std::isfinite(c.xx + c.yy))
       return wrong(corner + "'s covariance is not one; it must be positive definite");
     const auto d = model.unproject(p);
-    if (!d) return wrong(corner + " is outside of what the lens sees");
+    if (!d) return useless(corner + " is outside of what the lens sees");
     SeenCorner seen_corner;
     seen_corner.world = transformed(tag.world_tag, at[i]);
     seen_corner.lens = lens.pose_cv.translation;
@@ -132,19 +135,19 @@ Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, co
         done = true;
         break;
       }
-      if (!done) return wrong(corner + " is on the very edge of what the lens sees");
+      if (!done) return useless(corner + " is on the very edge of what the lens sees");
     }
     Eigen::Matrix2d covariance;
     const double more = model_error_px * model_error_px;
     covariance << c.xx + more, c.xy, c.xy, c.yy + more;
     const Eigen::Matrix2d angular = slope * covariance * slope.transpose();
     const Eigen::LLT<Eigen::Matrix2d> root(angular);
-    if (root.info() != Eigen::Success) return wrong(corner + ": the lens does not tell directions apart there");
+    if (root.info() != Eigen::Success) return useless(corner + ": the lens does not tell directions apart there");
     seen_corner.weigh = root.matrixL().solve(Eigen::Matrix2d::Identity());
     out.corners.push_back(seen_corner);
   }
   const Outcome found = plane_pose(directions, tag.size_m);
-  if (!found.problem.empty()) return wrong(found.problem);
+  if (!found.problem.empty()) return useless(found.problem);
   Pose probe_tag = found.lens_tag;
   probe_tag.translation += lens.pose_cv.translation;
   out.world_probe = compose(tag.world_tag, inverse(probe_tag));

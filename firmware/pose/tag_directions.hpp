@@ -35,7 +35,7 @@ struct SeenQuad {
 /// "tag36h11 5 in lens 0", as messages name it.
 [[nodiscard]] std::string name_of(const SeenTag& seen);
 
-/// invalid_argument with the reason, as find_mounting().
+/// invalid_argument: a number that is none. failed_precondition: corners that do not show where the tag is.
 [[nodiscard]] Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag,
                                              double model_error_px);
 

@@ -227,7 +227,8 @@ std::string to_json(const Mounting& m) {
     const TagUse& t = m.tags[i];
     out += std::string(i ? "," : "") + "\n  {\"lens\": " + std::to_string(t.lens) +
            ", \"family\": " + json_string(to_string(t.family)) + ", \"id\": " + std::to_string(t.id) +
-           ", \"rms_px\": " + json_number(t.rms_px) + ", \"used\": " + flag(t.used) + "}";
+           ", \"rms_px\": " + json_number(t.rms_px) + ", \"used\": " + flag(t.used) +
+           (t.used ? "" : ", \"left_out\": " + json_string(t.left_out)) + "}";
   }
   return out + "]}\n";
 }
@@ -246,9 +247,8 @@ void print_summary(const Mounting& m) {
             << sigma(1) / kDegree << ", " << sigma(2) / kDegree << ") deg\n";
   for (const TagUse& t : m.tags)
     std::cout << to_string(t.family) << " " << t.id << " in lens " << t.lens << ": "
-              << (t.used         ? "off by " + json_number(t.rms_px) + " px"
-                  : t.rms_px > 0 ? "left out, it contradicts the others"
-                                 : "left out, it is not in the room's list")
+              << (t.used ? "off by " + json_number(std::round(1000 * t.rms_px) / 1000) + " px"
+                         : "left out: " + t.left_out)
               << "\n";
   if (m.ambiguous) {
     const Vec3d other = rotate(m.alternative->rotation, Vec3d{0, 0, -1});

@@ -216,6 +216,7 @@ TEST(Mounting, ATagThatWasMovedIsLeftOutAndNamed) {
   int left_out = 0;
   for (const TagUse& use : mounting->tags) {
     EXPECT_EQ(use.used, use.id != 2);
+    EXPECT_EQ(use.left_out, use.used ? "" : "it contradicts the others");
     left_out += !use.used;
   }
   EXPECT_GE(left_out, 1);
@@ -286,7 +287,7 @@ TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {
   const auto room = tags_on_walls();
   const auto good = seen_from(rig, room, probe_in_room(), 0, 1);
   const auto with = [&](auto change) {
-    auto seen = good;
+    std::vector<SeenTag> seen = {good[0]};
     change(seen[0]);
     return refusal(find_mounting(rig, room, seen));
   };
@@ -330,6 +331,21 @@ TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {
   options = {};
   options.ambiguity_odds = kNan;
   EXPECT_THAT(refusal(find_mounting(rig, room, good, std::nullopt, options)), HasSubstr("ambiguity_odds"));
+}
+
+TEST(Mounting, ATagOnEdgeIsLeftOutWhereOthersAreSeen) {
+  const RigParameters rig = pair_rig();
+  const auto room = tags_on_walls();
+  auto seen = seen_from(rig, room, probe_in_room(), 0, 1);
+  for (std::size_t k = 0; k < 4; ++k) seen[0].tag.corners[k] = {500 + 20.0 * static_cast<double>(k), 479.5};
+  const auto mounting = find_mounting(rig, room, seen);
+  ASSERT_TRUE(mounting) << mounting.status().message();
+  EXPECT_LT(angle_of(error_of(mounting->world_probe.pose, probe_in_room())), 1e-8);
+  EXPECT_FALSE(mounting->tags[0].used);
+  EXPECT_THAT(mounting->tags[0].left_out, HasSubstr("lie in a line"));
+  seen[1].tag.corners[0].y = kNan;
+  EXPECT_THAT(refusal(find_mounting(rig, room, seen)), HasSubstr("is not a number"))
+      << "a defect, whoever else is seen";
 }
 
 TEST(TagsOf, ABoardOnTheWallIsItsTagsInTheirPlaces) {

@@ -1,0 +1,196 @@
+// A printed board has its tags where it says, in every kind of file.
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "camera/image_file.hpp"
+#include "firmware/tools/calibrate_words.hpp"
+#include "pose/tag_detector.hpp"
+#include "support/child.hpp"
+#include "support/temp_dir.hpp"
+#include "tools/lightwell_calibrate/board_command.hpp"
+#include "tools/lightwell_calibrate/board_page.hpp"
+
+namespace lightwell::calibrate {
+namespace {
+
+using test::run;
+using test::Said;
+using test::TempDir;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Each tag of `board` is in the picture of the whole sheet at `dpi`, its corners where the sheet's origin and the
+/// board's own numbers put them. Returns how far the worst is off, mm.
+double expect_printed(const std::string& png, const TagBoard& board, const BoardPage& sheet, double dpi) {
+  const Result<Image> image = read_image(png);
+  EXPECT_TRUE(image) << image.status().message();
+  if (!image) return 1e9;
+  EXPECT_NEAR(image->width, sheet.page.width * dpi / 25.4, 1) << "the sheet's size";
+  EXPECT_NEAR(image->height, sheet.page.height * dpi / 25.4, 1);
+  std::vector<std::uint8_t> grey;
+  for (std::size_t i = 0; i < image->data.size(); i += 3) grey.push_back(std::to_integer<std::uint8_t>(image->data[i]));
+  TagDetectorOptions options;
+  options.families = {board.family};
+  auto detector = TagDetector::make(options);
+  const auto tags = detector->detect({grey, image->width, image->height, static_cast<std::size_t>(image->width)});
+  EXPECT_TRUE(tags) << tags.status().message();
+  EXPECT_EQ(tags->size(), static_cast<std::size_t>(board.tags()));
+  double worst = 0;
+  for (const TagDetection& tag : *tags) {
+    EXPECT_TRUE(board.holds(tag.family, tag.id)) << tag.id;
+    EXPECT_EQ(tag.hamming, 0);
+    EXPECT_TRUE(tag.refined) << tag.id;
+    if (!board.holds(tag.family, tag.id)) continue;
+    const auto corners = board.corners(tag.id);
+    for (std::size_t k = 0; k < 4; ++k) {
+      // Pixel (0, 0) is the centre of the first, half a pixel from the sheet's edge.
+      const double x = (tag.corners[k].x + 0.5) * 25.4 / dpi, y = (tag.corners[k].y + 0.5) * 25.4 / dpi;
+      worst = std::max(worst, std::hypot(x - (sheet.origin_x_mm + 1000 * corners[k].x),
+                                         y - (sheet.origin_y_mm - 1000 * corners[k].y)));
+    }
+  }
+  std::cout << tags->size() << " tags at " << dpi << " dpi: the worst corner is off by " << worst << " mm\n";
+  return worst;
+}
+
+/// The same from a PDF, read by poppler.
+std::string rendered(const TempDir& folder, const std::string& pdf, int dpi) {
+  test::Child child({LIGHTWELL_PDFTOPPM, "-png", "-singlefile", "-r", std::to_string(dpi), pdf, folder.path("sheet")});
+  EXPECT_EQ(child.wait(), test::Ending{0}) << child.err();
+  EXPECT_THAT(child.err(), IsEmpty()) << "a PDF that its reader complains of";
+  return folder.path("sheet.png");
+}
+
+TEST(BoardCommand, ThePdfShowsEveryTagInItsPlace) {
+  const TempDir folder;
+  const std::string pdf = folder.path("board.pdf");
+  const Said said = run(board_command, {"--output", pdf});
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(text_of(pdf), StartsWith("%PDF-1."));
+  const TagBoard board;
+  const auto sheet = layout(board, kPapers[0]);
+  ASSERT_TRUE(sheet);
+  // A pixel is 0.17 mm; poppler rounds rectangles' edges to whole ones at worst.
+  EXPECT_LT(expect_printed(rendered(folder, pdf, 150), board, *sheet, 150), 0.1);
+}
+
+TEST(BoardCommand, OtherFamiliesSheetsAndNumbersToo) {
+  const TempDir folder;
+  const std::string pdf = folder.path("board.pdf");
+  const Said said = run(board_command, {"--family", "tagStandard41h12", "--columns=7", "--rows", "3", "--tag-size-mm",
+                                        "18", "--first-id", "40", "--paper", "letter", "--output", pdf});
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("landscape letter"));
+  TagBoard board{TagFamily::tagStandard41h12, 7, 3, 0.018, 1, 40};
+  const auto sheet = layout(board, kPapers[2]);
+  ASSERT_TRUE(sheet) << sheet.status().message();
+  EXPECT_LT(expect_printed(rendered(folder, pdf, 150), board, *sheet, 150), 0.1);
+}
+
+TEST(BoardCommand, ThePngIsTrueToScale) {
+  const TempDir folder;
+  const std::string png = folder.path("board.png");
+  ASSERT_EQ(run(board_command, {"--dpi", "100", "--output", png}).status, 0);
+  const TagBoard board;
+  // Coverage of pixels is exact, so corners are as good as the detector.
+  EXPECT_LT(expect_printed(png, board, *layout(board, kPapers[0]), 100), 0.02);
+}
+
+TEST(BoardCommand, TheSvgIsInMillimetresAndHasEachRectangleOfThePage) {
+  const TempDir folder;
+  const std::string path = folder.path("board.svg");
+  ASSERT_EQ(run(board_command, {"--paper", "a3", "--output", path}).status, 0);
+  const std::string svg = text_of(path);
+  EXPECT_THAT(svg, HasSubstr("width=\"297mm\" height=\"420mm\" viewBox=\"0 0 297 420\""));
+  const auto sheet = layout(TagBoard{}, kPapers[1]);
+  std::size_t rectangles = 0;
+  for (const auto& shape : sheet->page.shapes) rectangles += shape.size();
+  EXPECT_EQ(test::occurrences(svg, "h-"), rectangles);
+  EXPECT_EQ(test::occurrences(svg, "<path"), sheet->page.shapes.size());
+}
+
+TEST(BoardCommand, TheSheetSaysWhatItIsAndHasARulerOfTenCentimetres) {
+  const auto sheet = layout(TagBoard{}, kPapers[0]);
+  ASSERT_TRUE(sheet);
+  const Page& page = sheet->page;
+  EXPECT_THAT(page.texts[0].text, HasSubstr("tag36h11, 6 x 6 tags, numbers 0 to 35"));
+  EXPECT_THAT(page.texts[0].text, HasSubstr("tag 24 mm, gap 7.2 mm (spacing 0.3)"));
+  EXPECT_THAT(page.texts[1].text, HasSubstr("180 x 180 mm"));
+  const auto& ruler = page.shapes.back();
+  double left = 1e9, right = 0;
+  for (const Rectangle& r : ruler) {
+    left = std::min(left, r.x);
+    right = std::max(right, r.x + r.width);
+  }
+  EXPECT_NEAR(right - left, 100, 1e-9) << "from the outside of the first stroke to that of the last";
+  for (const PageText& t : page.texts) EXPECT_LT(t.y, page.height - 3) << t.text;
+}
+
+TEST(BoardCommand, TheYamlIsTheBoard) {
+  const TempDir folder;
+  ASSERT_EQ(
+      run(board_command, {"--columns", "4", "--rows", "5", "--tag-size-mm", "30", "--output", folder.path("b.yaml")})
+          .status,
+      0);
+  const auto board = load_tag_board(folder.path("b.yaml"));
+  ASSERT_TRUE(board) << board.status().message();
+  EXPECT_EQ(board->columns, 4);
+  EXPECT_EQ(board->rows, 5);
+  EXPECT_EQ(board->tag_size_m, 0.03);
+}
+
+TEST(BoardCommand, JsonTellsWhatIsWhere) {
+  const Said said = run(board_command, {"--json", "-"});
+  EXPECT_EQ(said.status, 0);
+  EXPECT_THAT(said.out, HasSubstr("\"sheet_mm\": [210, 297], \"origin_mm\": ["));
+  EXPECT_THAT(said.out, HasSubstr("\"tag_size_m\": 0.024"));
+}
+
+TEST(BoardCommand, MistakesAreNamedWithTheRemedy) {
+  const auto usage = [](std::vector<std::string> words) {
+    const Said said = run(board_command, std::move(words));
+    EXPECT_EQ(said.status, 2) << said.err;
+    EXPECT_THAT(said.err, StartsWith("lightwell-calibrate board: "));
+    return said.err;
+  };
+  EXPECT_THAT(usage({}), HasSubstr("give --output"));
+  EXPECT_THAT(usage({"--colums", "3"}), HasSubstr("did you mean --columns?"));
+  EXPECT_THAT(usage({"--columns"}), HasSubstr("--columns needs a value"));
+  EXPECT_THAT(usage({"--columns", "x"}), HasSubstr("'x' is not a value"));
+  EXPECT_THAT(usage({"--columns", "0", "--json", "-"}), HasSubstr("columns"));
+  EXPECT_THAT(usage({"--tag-size-mm", "nan", "--json", "-"}), HasSubstr("'nan'"));
+  EXPECT_THAT(usage({"--spacing", "0.01", "--json", "-"}), HasSubstr("spacing"));
+  EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("a4, a3 and letter"));
+  EXPECT_THAT(usage({"--family", "tag16h5"}), HasSubstr("known are tag36h11"));
+  EXPECT_THAT(usage({"--output", "board.doc"}), HasSubstr("must end in .pdf"));
+  EXPECT_THAT(usage({"board.pdf"}), HasSubstr("what is 'board.pdf'?"));
+  EXPECT_THAT(usage({"--dpi", "0"}), HasSubstr("36 to 2400"));
+
+  const Said large = run(board_command, {"--tag-size-mm", "40", "--json", "-"});
+  EXPECT_EQ(large.status, 1);
+  EXPECT_THAT(large.err, HasSubstr("does not fit a4; --tag-size-mm 25.2 would"));
+  EXPECT_EQ(run(board_command, {"--tag-size-mm", "25.2", "--json", "-"}).status, 0) << "what it says is true";
+
+  const Said nowhere = run(board_command, {"--output", "/nonexistent/board.pdf"});
+  EXPECT_EQ(nowhere.status, 1);
+  EXPECT_THAT(nowhere.err, HasSubstr("/nonexistent/board.pdf: cannot be written"));
+  const Said help = run(board_command, {"--help"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_THAT(help.out, HasSubstr("Exit status: 0 done, 1"));
+}
+
+}  // namespace
+}  // namespace lightwell::calibrate

@@ -1,0 +1,198 @@
+// From pictures in files and a list of tags to where the probe hangs.
+#include <cmath>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "camera/image_file.hpp"
+#include "firmware/pose/mounting_room.hpp"
+#include "firmware/tools/calibrate_words.hpp"
+#include "support/temp_dir.hpp"
+#include "tools/lightwell_calibrate/mounting_command.hpp"
+#include "tools/lightwell_calibrate/room_tags.hpp"
+
+namespace lightwell::calibrate {
+namespace {
+
+using test::kDegree;
+using test::run;
+using test::Said;
+using test::TempDir;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr int kEdge = 800;
+
+/// What a user has: a calibration, pictures (sRGB, as cameras give them), a list of tags.
+struct Room {
+  TempDir folder;
+  RigParameters rig = test::pair_rig(kEdge);
+  std::string calibration, tags, front, back;
+
+  Room() {
+    for (LensParameters& lens : rig.lenses) lens.photometry.response.kind = ResponseCurve::Kind::srgb;
+    calibration = folder.write("rig.textproto", calibration_to_text(rig));
+    std::string csv = "# tags on four walls\nid,size_m,tx,ty,tz,qx,qy,qz,qw\n";
+    std::vector<test::PlacedBoard> boards;
+    for (const TagInRoom& tag : test::tags_on_walls()) {
+      const Vec3d t = tag.world_tag.translation;
+      const Quat q = tag.world_tag.rotation;
+      csv += std::to_string(tag.id);
+      for (const double v : {tag.size_m, t.x, t.y, t.z, q.x, q.y, q.z, q.w}) {
+        char text[32];
+        std::snprintf(text, sizeof text, ", %.17g", v);
+        csv += text;
+      }
+      csv += "\n";
+      boards.push_back(
+          {test::single_tag(tag.id, tag.size_m), {q, transformed(tag.world_tag, tag_corners(tag.size_m)[0])}});
+    }
+    tags = folder.write("room.csv", csv);
+    front = picture(0, boards, "front.png");
+    back = picture(1, boards, "back.png");
+  }
+
+  std::string picture(std::size_t lens, const std::vector<test::PlacedBoard>& boards, const std::string& name) const {
+    test::PictureOptions options;
+    options.srgb = true;
+    const auto taken = test::BoardCamera(rig.lenses[lens]).take(test::probe_in_room(), boards, options);
+    Image image;
+    image.width = taken.width;
+    image.height = taken.height;
+    for (const std::uint8_t v : taken.pixels) image.data.insert(image.data.end(), 3, std::byte{v});
+    const Status s = write_png(folder.path(name), image);
+    EXPECT_TRUE(s.ok()) << s.message();
+    return folder.path(name);
+  }
+};
+
+const Room& room() {
+  static const Room it;
+  return it;
+}
+
+/// The numbers of a JSON list that follows `name`.
+std::vector<double> numbers_after(const std::string& json, const std::string& name) {
+  const auto start = json.find('[', json.find("\"" + name + "\""));
+  const std::string list = json.substr(start, json.find(']', start) - start);
+  std::vector<double> out;
+  const std::regex number("[-+0-9.e]+");
+  for (auto i = std::sregex_iterator(list.begin(), list.end(), number); i != std::sregex_iterator(); ++i)
+    out.push_back(std::stod(i->str()));
+  return out;
+}
+
+TEST(MountingCommand, TellsWhereTheProbeHangsFromPicturesOfBothLenses) {
+  const Said said = run(mounting_command, {"--calibration", room().calibration, "--tags", room().tags, room().front,
+                                           "--lens", "1", room().back, "--json", "-"});
+  ASSERT_EQ(said.status, 0) << said.err;
+  const auto t = numbers_after(said.out, "translation_m"), q = numbers_after(said.out, "rotation_xyzw");
+  ASSERT_EQ(t.size(), 3u) << said.out;
+  ASSERT_EQ(q.size(), 4u);
+  const auto e = test::error_of({{q[0], q[1], q[2], q[3]}, {t[0], t[1], t[2]}}, test::probe_in_room());
+  EXPECT_LT(std::hypot(e[0], e[1], e[2]), 0.05 * kDegree);
+  EXPECT_LT(std::hypot(e[3], e[4], e[5]), 0.002);
+  EXPECT_THAT(said.out, HasSubstr("\"position_known\": true, \"heading_known\": true, \"ambiguous\": false"));
+  EXPECT_THAT(said.out, HasSubstr("\"lens\": 1"));
+  EXPECT_EQ(numbers_after(said.out, "covariance").size(), 6u) << "the first row";
+}
+
+TEST(MountingCommand, ABoardInTheRoomServesAsWell) {
+  TagBoard board;
+  board.columns = 4;
+  board.rows = 3;
+  board.tag_size_m = 0.12;
+  board.first_id = 100;
+  const TempDir folder;
+  const auto yaml = folder.write("board.yaml", tag_board_to_text(board));
+  const auto picture = room().picture(0, {{board, {{}, {-0.3, 1.0, -1.8}}}}, "board.png");
+  const Said said = run(mounting_command, {"--calibration", room().calibration, "--board", yaml, "--board-pose",
+                                           "-0.3,1.0,-1.8,0,0,0,1", picture});
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, StartsWith("the probe is at (0.3")) << said.out;
+  EXPECT_THAT(said.out, HasSubstr("tag36h11 111 in lens 0: off by 0.0"));
+}
+
+TEST(MountingCommand, GravityAloneIsToldAsWhatItIs) {
+  const Said json = run(mounting_command, {"--gravity", "0,9.8,0", "--json", "-"});
+  EXPECT_EQ(json.status, 0) << json.err;
+  EXPECT_THAT(json.out, HasSubstr("\"Infinity\""));
+  EXPECT_THAT(json.out, HasSubstr("\"position_known\": false, \"heading_known\": false"));
+  const Said words = run(mounting_command, {"--gravity", "0,9.8,0", "--gravity-sigma-deg", "2"});
+  EXPECT_THAT(words.out, StartsWith("where the probe is, and its heading, are not known"));
+  EXPECT_THAT(words.out, HasSubstr("+- (2, inf, 2) deg"));
+}
+
+TEST(MountingCommand, WrongUsageIsTwoAndWrongInputIsOne) {
+  const auto said = [](int status, std::vector<std::string> words) {
+    const Said s = run(mounting_command, std::move(words));
+    EXPECT_EQ(s.status, status) << s.err;
+    return s.err;
+  };
+  const Room& r = room();
+  EXPECT_THAT(said(2, {}), HasSubstr("give pictures, or --gravity"));
+  EXPECT_THAT(said(2, {"a.png"}), HasSubstr("need --calibration"));
+  EXPECT_THAT(said(2, {"--calibration", "c", "a.png"}), HasSubstr("need --tags or --board"));
+  EXPECT_THAT(said(2, {"--board", "b", "--calibration", "c", "a.png"}), HasSubstr("go together"));
+  EXPECT_THAT(said(2, {"--board-pose", "0,0,0,0,0,0,2"}), HasSubstr("length must be 1"));
+  EXPECT_THAT(said(2, {"--board-pose", "0,0,0"}), HasSubstr("tx,ty,tz"));
+  EXPECT_THAT(said(2, {"--gravity", "0,nan,0"}), HasSubstr("x,y,z"));
+  EXPECT_THAT(said(2, {"--gravity", "0,1,0", "--gravity-sigma-deg", "0"}), HasSubstr("above 0"));
+  EXPECT_THAT(said(2, {"--gravity-sigma-deg", "1", "a.png"}), HasSubstr("speaks of --gravity"));
+  EXPECT_THAT(said(2, {"--tag", "x"}), HasSubstr("did you mean --tags?"));
+  EXPECT_THAT(said(2, {"--tags", "a", "--tags", "b"}), HasSubstr("given twice"));
+  EXPECT_THAT(said(1, {"--gravity", "0,0,0"}), HasSubstr("up_probe is zero"));
+  EXPECT_THAT(said(1, {"--calibration", "/none", "--tags", r.tags, r.front}), HasSubstr("/none"));
+  EXPECT_THAT(said(1, {"--calibration", r.calibration, "--tags", "/none", r.front}),
+              HasSubstr("/none: cannot be opened"));
+  EXPECT_THAT(said(1, {"--calibration", r.calibration, "--tags", r.tags, "--lens", "2", r.front}),
+              HasSubstr("belongs to lens 2"));
+  Image small;
+  small.width = small.height = 40;
+  small.data.resize(40 * 40 * 3);
+  ASSERT_TRUE(write_png(r.folder.path("small.png"), small).ok());
+  EXPECT_THAT(said(1, {"--calibration", r.calibration, "--tags", r.tags, r.folder.path("small.png")}),
+              HasSubstr("has 40x40 pixels, the calibration speaks of 800x800"));
+  Image black;
+  black.width = black.height = kEdge;
+  black.data.resize(static_cast<std::size_t>(kEdge) * kEdge * 3);
+  ASSERT_TRUE(write_png(r.folder.path("black.png"), black).ok());
+  EXPECT_THAT(said(1, {"--calibration", r.calibration, "--tags", r.tags, r.folder.path("black.png")}),
+              HasSubstr("no tag is seen"));
+  const Said help = run(mounting_command, {"-h"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_THAT(help.out, HasSubstr("lightwell-calibrate mounting --calibration"));
+}
+
+TEST(RoomTags, AMistakeInTheListNamesItsLine) {
+  const std::string head = "family,id,size_m,tx,ty,tz,qx,qy,qz,qw\n";
+  const auto refused = [](const std::string& text) {
+    const auto tags = parse_room_tags(text, "room.csv");
+    EXPECT_FALSE(tags) << text;
+    return tags.ok() ? "accepted" : tags.status().message();
+  };
+  const auto good = parse_room_tags(head + "\n# by the door\ntagStandard41h12, 4, 0.1, 1,2,3, 0,1,0,0\r\n", "room.csv");
+  ASSERT_TRUE(good) << good.status().message();
+  EXPECT_EQ((*good)[0].family, TagFamily::tagStandard41h12);
+  EXPECT_EQ((*good)[0].world_tag.translation, (Vec3d{1, 2, 3}));
+  EXPECT_EQ((*good)[0].world_tag.rotation.y, 1);
+  EXPECT_THAT(refused("id,size,tx\n"), HasSubstr("room.csv:1: unknown column 'size'; did you mean 'size_m'?"));
+  EXPECT_THAT(refused("id,size_m,tx,ty,tz,qx,qy,qz\n"), HasSubstr("column qw is missing"));
+  EXPECT_THAT(refused("id,id\n"), HasSubstr("column id is there twice"));
+  EXPECT_THAT(refused(head), HasSubstr("lists no tag"));
+  EXPECT_THAT(refused(head + "tag36h11,1,0.1,0,0,0,0,0,0\n"), HasSubstr("room.csv:2: 9 cells"));
+  EXPECT_THAT(refused(head + "tag36h11,587,0.1,0,0,0,0,0,0,1\n"), HasSubstr("has no tag 587"));
+  EXPECT_THAT(refused(head + "tag36h11,-1,0.1,0,0,0,0,0,0,1\n"), HasSubstr("'-1'"));
+  EXPECT_THAT(refused(head + "tag16h5,1,0.1,0,0,0,0,0,0,1\n"), HasSubstr("known are"));
+  EXPECT_THAT(refused(head + "tag36h11,1,0,0,0,0,0,0,0,1\n"), HasSubstr("size_m must be positive"));
+  EXPECT_THAT(refused(head + "tag36h11,1,0.1,inf,0,0,0,0,0,1\n"), HasSubstr("tx: 'inf'"));
+  EXPECT_THAT(refused(head + "tag36h11,1,0.1,0,0,0,0,0,0,0\n"), HasSubstr("length is 0"));
+  EXPECT_THAT(refused(head + "tag36h11,1,0.1,0,0,0,0,0,0,1\ntag36h11,1,0.1,0,0,0,0,0,0,1\n"),
+              HasSubstr("room.csv:3: tag36h11 1 is listed twice"));
+}
+
+}  // namespace
+}  // namespace lightwell::calibrate
