@@ -37,8 +37,8 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(Eigen3 libeigen3-dev CONFIG)
   lightwell_find(Ceres libceres-dev CONFIG)
   lightwell_find(CLI11 libcli11-dev CONFIG)
-  # Wanted by calibration/import alone, which says in the summary when it is left out.
-  find_package(yaml-cpp CONFIG QUIET)
+  lightwell_find(apriltag libapriltag-dev CONFIG)
+  lightwell_find(yaml-cpp libyaml-cpp-dev CONFIG)
   pkg_check_modules(LIBHWY QUIET IMPORTED_TARGET libhwy)
   if(NOT LIBHWY_FOUND)
     lightwell_missing(libhwy libhwy-dev)
@@ -47,11 +47,6 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   # alone, Highway calls it without asking the processor for AES, which a Raspberry Pi 4 lacks.
   target_compile_definitions(PkgConfig::LIBHWY INTERFACE
     "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
-  # Without them the rooms that need them are left out, and say so in the summary.
-  set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)  # Ceres's package file chatters, too.
-  find_package(apriltag CONFIG QUIET)
-  find_package(Ceres CONFIG QUIET)
-  unset(CMAKE_MESSAGE_LOG_LEVEL)
   pkg_check_modules(LIBSYSTEMD QUIET IMPORTED_TARGET libsystemd)
   if(NOT LIBSYSTEMD_FOUND)
     lightwell_missing(libsystemd libsystemd-dev)

@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "calibration/import/field_of_view.hpp"
-#include "calibration/import/lens_pair.hpp"
+#include "calibration/lens_pair.hpp"
 #include "calibration/import/readers.hpp"
 
 namespace lightwell {

@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "calibration/import/camera_fields.hpp"
-#include "calibration/import/lens_pair.hpp"
+#include "calibration/lens_pair.hpp"
 #include "calibration/import/readers.hpp"
 #include "calibration/import/yaml_map.hpp"
 

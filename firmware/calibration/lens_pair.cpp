@@ -1,4 +1,4 @@
-#include "calibration/import/lens_pair.hpp"
+#include "calibration/lens_pair.hpp"
 
 #include <cmath>
 #include <string>

@@ -1,0 +1,44 @@
+#include "tools/lightwell_calibrate/atomic_file.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace lightwell::calibrate {
+
+Status write_atomically(const std::string& path, std::string_view bytes) {
+  const auto failed = [&](const std::string& what) {
+    return Status(StatusCode::data_loss, path + ": " + what + ": " + std::strerror(errno));
+  };
+  std::string temporary = path + ".XXXXXX";
+  const int file = ::mkstemp(temporary.data());
+  if (file < 0) return failed("cannot make a file beside it");
+  const auto give_up = [&](const std::string& what) {
+    const Status s = failed(what);
+    ::close(file);
+    ::unlink(temporary.c_str());
+    return s;
+  };
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t n = ::write(file, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return give_up("cannot be written");
+    done += static_cast<std::size_t>(n);
+  }
+  // mkstemp's file is its owner's alone; what is replaced was made under the umask.
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  if (::fchmod(file, 0666 & ~mask) != 0 || ::fsync(file) != 0) return give_up("cannot be written");
+  if (::close(file) != 0 || std::rename(temporary.c_str(), path.c_str()) != 0) {
+    const Status s = failed("cannot be replaced");
+    ::unlink(temporary.c_str());
+    return s;
+  }
+  return {};
+}
+
+}  // namespace lightwell::calibrate

@@ -1,0 +1,14 @@
+// A file that is there whole or not at all.
+#pragma once
+
+#include <lightwell/result.hpp>
+#include <string>
+#include <string_view>
+
+namespace lightwell::calibrate {
+
+/// Writes beside `path`, flushes to the disk and renames: a reader, or a power cut, sees the old file or the new one.
+/// data_loss naming the path.
+[[nodiscard]] Status write_atomically(const std::string& path, std::string_view bytes);
+
+}  // namespace lightwell::calibrate

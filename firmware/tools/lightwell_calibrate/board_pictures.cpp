@@ -1,0 +1,151 @@
+#include "tools/lightwell_calibrate/board_pictures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <lightwell/color.hpp>
+#include <map>
+#include <set>
+
+#include "calibration/camera_model.hpp"
+#include "camera/image_file.hpp"
+#include "pose/tag_detector.hpp"
+
+namespace lightwell::calibrate {
+namespace {
+
+namespace fs = std::filesystem;
+using calibration::Sightings;
+
+Result<std::vector<std::string>> files_of(const std::vector<std::string>& paths) {
+  std::vector<std::string> out;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+      out.push_back(path);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (const auto& entry : fs::directory_iterator(path, error)) {
+      std::string end = entry.path().extension().string();
+      std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      if (end == ".png" || end == ".jpg" || end == ".jpeg") inside.push_back(entry.path().string());
+    }
+    if (error) return Status(StatusCode::not_found, path + ": " + error.message());
+    if (inside.empty()) return Status(StatusCode::not_found, path + ": no PNG or JPEG is in it");
+    std::sort(inside.begin(), inside.end());
+    out.insert(out.end(), inside.begin(), inside.end());
+  }
+  if (out.empty()) return Status(StatusCode::invalid_argument, "no pictures are named");
+  return out;
+}
+
+/// Luma of picture values: what edges are looked for in.
+std::vector<std::uint8_t> grey_of(const Image& image) {
+  std::vector<std::uint8_t> out(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto at = [&](std::size_t c) { return static_cast<float>(std::to_integer<int>(image.data[3 * i + c])); };
+    out[i] = static_cast<std::uint8_t>(std::lround(std::min(255.0F, luminance_of(at(0), at(1), at(2)))));
+  }
+  return out;
+}
+
+Result<std::vector<TagBoard>> boards_of(const std::vector<std::string>& files) {
+  std::vector<TagBoard> out;
+  std::map<std::pair<TagFamily, int>, std::string> owners;
+  for (const std::string& file : files) {
+    Result<TagBoard> board = load_tag_board(file);
+    if (!board) return board.status();
+    for (int id = board->first_id; id < board->first_id + board->tags(); ++id) {
+      const auto [other, fresh] = owners.try_emplace({board->family, id}, file);
+      if (!fresh)
+        return Status(StatusCode::invalid_argument, file + ": tag " + std::to_string(id) + " is on " + other->second +
+                                                        " as well; print boards with numbers of their own (--first-id)");
+    }
+    out.push_back(*board);
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<LensParameters>* known, const Progress& progress) {
+  const Result<std::vector<TagBoard>> boards = boards_of(in.boards);
+  if (!boards) return boards.status();
+  Sightings out;
+  TagDetectorOptions options;
+  std::set<TagFamily> families;
+  for (std::size_t b = 0; b < boards->size(); ++b) {
+    const TagBoard& board = (*boards)[b];
+    families.insert(board.family);
+    out.boards.push_back({in.boards[b], {}});
+    for (int id = board.first_id; id < board.first_id + board.tags(); ++id)
+      for (const Vec3d& corner : board.corners(id)) out.boards.back().points.push_back(corner);
+  }
+  options.families.assign(families.begin(), families.end());
+  Result<TagDetector> detector = TagDetector::make(options);
+  if (!detector) return detector.status();
+
+  std::vector<std::vector<std::string>> files;
+  std::set<std::string> names;
+  std::size_t total = 0, done = 0;
+  for (const auto& paths : in.lenses) {
+    Result<std::vector<std::string>> found = files_of(paths);
+    if (!found) return found.status();
+    total += found->size();
+    for (const std::string& f : *found) names.insert(fs::path(f).stem().string());
+    files.push_back(std::move(*found));
+  }
+  std::map<std::string, int> captures;
+  for (const std::string& name : names) captures.emplace(name, static_cast<int>(captures.size()));
+
+  for (std::size_t lens = 0; lens < files.size(); ++lens) {
+    std::string first;
+    for (const std::string& file : files[lens]) {
+      const Result<Image> image = read_image(file);
+      if (!image) return image.status();
+      if (image->format != PixelFormat::rgb8)
+        return Status(StatusCode::invalid_argument, file + ": boards are looked for in PNG and JPEG pictures");
+      if (first.empty()) {
+        first = file;
+        out.lenses.push_back({image->width, image->height});
+      } else if (image->width != out.lenses[lens].width || image->height != out.lenses[lens].height) {
+        return Status(StatusCode::invalid_argument,
+                      file + " is " + std::to_string(image->width) + "x" + std::to_string(image->height) + ", " + first + " is " +
+                          std::to_string(out.lenses[lens].width) + "x" + std::to_string(out.lenses[lens].height) +
+                          "; a lens is calibrated from pictures of one size");
+      }
+      const std::vector<std::uint8_t> grey = grey_of(*image);
+      std::optional<CameraModel> camera;
+      if (known != nullptr) camera.emplace((*known)[lens]);
+      const auto tags = detector->detect({grey, image->width, image->height, static_cast<std::size_t>(image->width)},
+                                         camera ? &*camera : nullptr);
+      if (!tags) return Status(tags.status().code(), file + ": " + tags.status().message());
+      calibration::Picture picture;
+      picture.name = file;
+      picture.lens = static_cast<int>(lens);
+      picture.capture = captures[fs::path(file).stem().string()];
+      picture.time_s = in.rate_hz > 0 ? picture.capture / in.rate_hz : 0;
+      for (const TagDetection& tag : *tags) {
+        // A number that is there twice is a reflection, or another board.
+        if (!tag.refined || std::count_if(tags->begin(), tags->end(), [&](const TagDetection& o) {
+              return o.family == tag.family && o.id == tag.id;
+            }) > 1)
+          continue;
+        for (std::size_t b = 0; b < boards->size(); ++b) {
+          if (!(*boards)[b].holds(tag.family, tag.id)) continue;
+          for (int k = 0; k < 4; ++k) {
+            const PixelPosition& p = tag.corners[static_cast<std::size_t>(k)];
+            if (p.x < 0 || p.y < 0 || p.x > image->width - 1 || p.y > image->height - 1) continue;
+            picture.sightings.push_back({static_cast<int>(b), 4 * (tag.id - (*boards)[b].first_id) + k, p});
+          }
+        }
+      }
+      out.pictures.push_back(std::move(picture));
+      progress(++done, total);
+    }
+  }
+  return out;
+}
+
+}  // namespace lightwell::calibrate

@@ -1,0 +1,275 @@
+#include "tools/lightwell_calibrate/geometry_command.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <numbers>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "calibration/geometry/coverage.hpp"
+#include "calibration/geometry/geometry.hpp"
+#include "calibration/lens_pair.hpp"
+#include "calibration/projection.hpp"
+#include "tools/lightwell_calibrate/atomic_file.hpp"
+#include "tools/lightwell_calibrate/board_pictures.hpp"
+#include "tools/lightwell_calibrate/geometry_report.hpp"
+
+namespace lightwell {
+namespace {
+
+using namespace calibrate;
+using namespace calibration;
+using std::numbers::pi;
+
+enum Exit : int { kOk = 0, kBadInput = 1, kUsage = 2 };
+constexpr double kDegree = pi / 180;
+
+constexpr const char* kGeometryFooter = R"(Examples:
+  lightwell-calibrate board --output board.pdf --yaml board.yaml          print it, glue it to something flat
+  lightwell-calibrate coverage --board board.yaml --lens0 pictures --watch   while taking pictures
+  lightwell-calibrate geometry --board board.yaml --lens0 pictures --field-deg 190 --output rig.textproto
+  lightwell-calibrate geometry --board north.yaml --board east.yaml --board south.yaml --board west.yaml \
+      --lens0 front --lens1 back --field-deg 190 --output rig.textproto --report rig.png
+
+Take 20 to 40 pictures, the board near the lens and tilted, all over the picture up to its edge. Two lenses: boards all
+around, pictures of the same name in both folders were taken at once. Several boards need tags with numbers of their own.
+Photometry, where --calibration names a rig that has some, is kept.
+Exit status: 0 done, 1 an input is wrong or tells too little (standard error says what to do), 2 wrong usage.)";
+
+constexpr const char* kCoverageFooter = R"(Example:
+  lightwell-calibrate coverage --board board.yaml --lens0 pictures --field-circle-px 470 --picture coverage.png --watch
+
+Exit status: 0 nothing is lacking, 1 an input is wrong, 2 wrong usage, 3 some views are lacking.)";
+
+struct Inputs {
+  BoardPictures pictures;
+  std::vector<std::string> lens0, lens1;
+  bool json = false;
+};
+
+void add_inputs(CLI::App& app, Inputs& in) {
+  app.add_option("--board", in.pictures.boards, "Kalibr's YAML of a board; once for each")->required();
+  app.add_option("--lens0", in.lens0, "Pictures of lens 0, or a folder of them")->required();
+  app.add_option("--lens1", in.lens1, "Pictures of lens 1, or a folder of them");
+  app.add_flag("--json", in.json, "Print the result as JSON on standard output");
+}
+
+/// CLI11 wants the words from the last to the first.
+int parse(CLI::App& app, std::span<char* const> arguments, bool& done) {
+  std::vector<std::string> words(arguments.rbegin(), arguments.rend());
+  done = true;
+  try {
+    app.parse(words);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kOk : kUsage;
+  }
+  done = false;
+  return kOk;
+}
+
+Progress shown_progress(const char* what) {
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  return [what, terminal](std::size_t done, std::size_t of) {
+    if (terminal)
+      std::fprintf(stderr, "\r\033[K%s: %zu of %zu pictures%s", what, done, of, done == of ? "\n" : "");
+    else if (done == of || done % 10 == 0)
+      std::fprintf(stderr, "%s: %zu of %zu pictures\n", what, done, of);
+  };
+}
+
+int fail(const char* command, const Status& s) {
+  std::cerr << "lightwell-calibrate " << command << ": " << s.message() << "\n";
+  return kBadInput;
+}
+
+LensParameters guess(const LensSize& size, const ModelParameters& model, double max_angle_rad) {
+  LensParameters lens;
+  lens.width = size.width;
+  lens.height = size.height;
+  lens.model = model;
+  lens.max_angle_rad = max_angle_rad;
+  lens.pose_cv.rotation = upright_lens_cv();
+  return lens;
+}
+
+RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes, double field_rad, const RigParameters* before) {
+  RigParameters rig;
+  if (before != nullptr) rig.nits_per_unit = before->nits_per_unit;
+  for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
+    const LensFit& lens = fit.lenses[k];
+    // What was not seen is not known: without a word of the field it ends there.
+    const double half = field_rad > 0 ? field_rad / 2 : lens.seen_rad;
+    rig.lenses.push_back(guess(sizes[k], lens.model, std::min(half, lens.largest_rad)));
+    if (before != nullptr && k < before->lenses.size()) rig.lenses[k].photometry = before->lenses[k].photometry;
+  }
+  if (fit.lenses.size() > 1) {
+    const std::array<Pose, 2> poses = pair_in_probe(fit.pair);
+    for (std::size_t k = 0; k < 2; ++k) rig.lenses[k].pose_cv = poses[k];
+  }
+  return rig;
+}
+
+void print_json(const GeometryFit& fit) {
+  std::printf("{\"rms_px\": %.6g, \"sigma_px\": %.6g, \"lenses\": [", fit.bundle.rms_px, fit.bundle.sigma_px);
+  for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
+    const LensFit& lens = fit.lenses[k];
+    const std::vector<double> numbers = numbers_of(lens.model);
+    std::printf("%s{\"numbers\": [", k > 0 ? ", " : "");
+    for (std::size_t i = 0; i < numbers.size(); ++i) std::printf("%s%.12g", i > 0 ? ", " : "", numbers[i]);
+    std::printf("], \"sigmas\": [");
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      std::printf("%s%.3g", i > 0 ? ", " : "", std::sqrt(lens.covariance[i * numbers.size() + i]));
+    std::printf("], \"seen_deg\": %.4g, \"direction_3_sigma_deg\": %.3g}", lens.seen_rad / kDegree, lens.direction_uncertainty_rad / kDegree);
+  }
+  std::printf("]");
+  if (fit.lenses.size() > 1) {
+    const Quat& q = fit.pair.rotation;
+    const Vec3d& t = fit.pair.translation;
+    std::printf(", \"T_lens1_lens0\": {\"q\": [%.10g, %.10g, %.10g, %.10g], \"t_m\": [%.8g, %.8g, %.8g]}, \"time_offset_s\": %.6g, "
+                "\"time_offset_sigma_s\": %.3g",
+                q.x, q.y, q.z, q.w, t.x, t.y, t.z, fit.time_offset_s, fit.time_offset_sigma_s);
+  }
+  std::printf("}\n");
+}
+
+void print_words(const GeometryFit& fit) {
+  std::printf("%.3f px RMS over %zu points; noise of a coordinate %.3f px\n", fit.bundle.rms_px, fit.bundle.residuals.size(),
+              fit.bundle.sigma_px);
+  for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
+    const LensFit& lens = fit.lenses[k];
+    const std::vector<double> numbers = numbers_of(lens.model);
+    std::printf("lens %zu: fx %.3f +- %.3f, fy %.3f +- %.3f px; seen to %.1f degrees; directions to %.4f degrees (3 sigma)\n", k, numbers[0],
+                std::sqrt(lens.covariance[0]), numbers[1], std::sqrt(lens.covariance[numbers.size() + 1]), lens.seen_rad / kDegree,
+                lens.direction_uncertainty_rad / kDegree);
+  }
+  if (fit.lenses.size() > 1) {
+    const std::vector<double>& c = fit.pair_covariance;
+    std::printf("pair: %.3f mm apart +- %.3f mm, turned to +- %.4f degrees; lens 1 is %.3f +- %.3f ms late\n", 1e3 * length(fit.pair.translation),
+                1e3 * std::sqrt(c[21] + c[28] + c[35]), std::sqrt(c[0] + c[7] + c[14]) / kDegree, 1e3 * fit.time_offset_s,
+                1e3 * fit.time_offset_sigma_s);
+  }
+}
+
+}  // namespace
+
+int geometry_command(std::span<char* const> arguments) {
+  CLI::App app{"Finds lenses from pictures of boards of AprilTags.", "lightwell-calibrate geometry"};
+  app.footer(kGeometryFooter);
+  Inputs in;
+  std::string output, report, calibration, model = "kannala-brandt";
+  double field_deg = 0;
+  bool offset = false;
+  add_inputs(app, in);
+  app.add_option("--output", output, "The rig in text format; replaced whole or not at all")->required();
+  app.add_option("--model", model, "kannala-brandt, double-sphere or mei [kannala-brandt]")
+      ->check(CLI::IsMember({"kannala-brandt", "double-sphere", "mei"}));
+  app.add_option("--field-deg", field_deg, "Field of view of the lenses; without it they end where boards were seen")->check(CLI::Range(1.0, 360.0));
+  app.add_option("--calibration", calibration, "A rig whose photometry is kept");
+  app.add_option("--report", report, "A picture of points and residuals, .png or .svg");
+  app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures a second, of a rig that moves; asked for by --time-offset")->check(CLI::PositiveNumber);
+  app.add_flag("--time-offset", offset, "Find how much later lens 1 takes its pictures");
+  bool done = false;
+  if (const int status = parse(app, arguments, done); done) return status;
+  if (offset && (in.lens1.empty() || !(in.pictures.rate_hz > 0))) {
+    std::cerr << "lightwell-calibrate geometry: --time-offset needs --lens1 and --rate-hz\n";
+    return kUsage;
+  }
+
+  std::optional<RigParameters> before;
+  if (!calibration.empty()) {
+    Result<RigParameters> loaded = load_calibration(calibration);
+    if (!loaded) return fail("geometry", loaded.status());
+    before = std::move(*loaded);
+  }
+  in.pictures.lenses = {in.lens0};
+  if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
+  Result<Sightings> seen = read_sightings(in.pictures, nullptr, shown_progress("looking for tags"));
+  if (!seen) return fail("geometry", seen.status());
+  GeometryOptions options;
+  options.time_offset = offset;
+  Result<GeometryFit> fit = calibrate_geometry(*seen, options);
+  if (!fit) return fail("geometry", fit.status());
+  // Once the lens is about known, tags at its edge can be looked for where they are straight.
+  std::vector<LensParameters> known;
+  const double half = field_deg > 0 ? 0.5 * field_deg * kDegree : pi;
+  for (std::size_t k = 0; k < fit->lenses.size(); ++k)
+    known.push_back(guess(seen->lenses[k], fit->lenses[k].model, std::min(half, fit->lenses[k].largest_rad)));
+  seen = read_sightings(in.pictures, &known, shown_progress("looking again at the edges"));
+  if (!seen) return fail("geometry", seen.status());
+  options.kind = model == "mei" ? LensKind::mei : model == "double-sphere" ? LensKind::double_sphere : LensKind::kannala_brandt;
+  fit = calibrate_geometry(*seen, options);
+  if (!fit) return fail("geometry", fit.status());
+
+  const RigParameters rig = rig_of(*fit, seen->lenses, field_deg * kDegree, before ? &*before : nullptr);
+  if (const Status s = rig.validate(); !s.ok()) return fail("geometry", s);
+  for (const std::string& note : fit->notes) std::cerr << "lightwell-calibrate geometry: " << note << "\n";
+  for (std::size_t k = 0; k < rig.lenses.size(); ++k)
+    if (fit->lenses[k].seen_rad < 0.95 * rig.lenses[k].max_angle_rad)
+      std::cerr << "lightwell-calibrate geometry: lens " << k << " saw boards up to " << fit->lenses[k].seen_rad / kDegree
+                << " degrees from its axis; beyond, up to " << rig.lenses[k].max_angle_rad / kDegree
+                << ", the model only continues: show the board nearer to the edge\n";
+  if (const Status s = write_atomically(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
+  if (!report.empty()) {
+    std::vector<Coverage> covered;
+    for (int k = 0; k < static_cast<int>(rig.lenses.size()); ++k) covered.push_back(coverage(fit->used, k, 0));
+    if (const Status s = draw_lenses(fit->used, covered, fit->bundle.residuals, "lightwell-calibrate geometry: " + output, report); !s.ok())
+      return fail("geometry", s);
+  }
+  in.json ? print_json(*fit) : print_words(*fit);
+  return kOk;
+}
+
+int coverage_command(std::span<char* const> arguments) {
+  CLI::App app{"Says which part of the picture still lacks views of a board.", "lightwell-calibrate coverage"};
+  app.footer(kCoverageFooter);
+  Inputs in;
+  std::string picture;
+  double circle_px = 0;
+  bool watch = false;
+  add_inputs(app, in);
+  app.add_option("--field-circle-px", circle_px, "Radius of the picture's circle; outside nothing is asked for")->check(CLI::PositiveNumber);
+  app.add_option("--picture", picture, "Draw it, .png or .svg; written anew each time");
+  app.add_flag("--watch", watch, "Look again every two seconds until nothing is lacking");
+  bool done = false;
+  if (const int status = parse(app, arguments, done); done) return status;
+  in.pictures.lenses = {in.lens0};
+  if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
+  for (;;) {
+    const Result<Sightings> seen = read_sightings(in.pictures, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : shown_progress("looking for tags"));
+    if (!seen && !(watch && seen.status().code() == StatusCode::not_found)) return fail("coverage", seen.status());
+    bool lacking = !seen.ok();
+    if (seen) {
+      std::vector<Coverage> all;
+      std::string json;
+      for (int lens = 0; lens < static_cast<int>(seen->lenses.size()); ++lens) {
+        all.push_back(coverage(*seen, lens, circle_px));
+        const std::vector<std::string> next = advice(all.back());
+        lacking = lacking || !next.empty();
+        if (in.json) {
+          json += (lens > 0 ? ", " : "") + std::string("{\"lens\": ") + std::to_string(lens) + ", \"share\": " + std::to_string(all.back().share()) +
+                  ", \"pictures\": " + std::to_string(all.back().with_board) + ", \"advice\": [";
+          for (std::size_t i = 0; i < next.size(); ++i) json += (i > 0 ? ", \"" : "\"") + next[i] + "\"";
+          json += "]}";
+          continue;
+        }
+        std::printf("lens %d: %d %% of the picture known from %d pictures\n", lens, static_cast<int>(100 * all.back().share()), all.back().with_board);
+        for (const std::string& words : next) std::printf("  %s\n", words.c_str());
+      }
+      if (in.json) std::printf("[%s]\n", json.c_str());
+      std::fflush(stdout);
+      if (!picture.empty())
+        if (const Status s = draw_lenses(*seen, all, {}, "lightwell-calibrate coverage", picture); !s.ok()) return fail("coverage", s);
+    }
+    if (!lacking) return kOk;
+    if (!watch) return 3;
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+  }
+}
+
+}  // namespace lightwell

@@ -1,0 +1,165 @@
+// From pictures of a printed board in a folder to a lens, and from the lens to the direction of a lamp.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "camera/image_file.hpp"
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "firmware/calibration/lens_trials.hpp"
+#include "firmware/pose/tags_around.hpp"
+#include "firmware/tools/calibrate_words.hpp"
+#include "sim/panorama.hpp"
+#include "sim/render.hpp"
+#include "sim/scene.hpp"
+#include "support/temp_dir.hpp"
+#include "tools/lightwell_calibrate/geometry_command.hpp"
+
+namespace lightwell::calibrate {
+namespace {
+
+using test::kDegree;
+using test::run;
+using test::Said;
+using test::TempDir;
+using testing::HasSubstr;
+
+constexpr int kEdge = 800, kPictures = 24;
+
+/// A6 paper's worth of tags, as one can hold before a lens.
+TagBoard small_board() {
+  TagBoard board;
+  board.columns = 5;
+  board.rows = 5;
+  board.tag_size_m = 0.02;
+  return board;
+}
+
+/// A folder of pictures of the board, all over the field of a lens of 190 degrees, taken by a sensor of 8 bits with noise and
+/// blur.
+struct Shown {
+  TempDir folder;
+  LensParameters truth = test::fisheye_lens(kEdge);
+  std::string board, pictures;
+
+  Shown() {
+    const TagBoard tags = small_board();
+    board = folder.write("board.yaml", tag_board_to_text(tags));
+    pictures = folder.path("pictures");
+    std::filesystem::create_directory(pictures);
+    const test::BoardCamera camera(truth);
+    for (int i = 0; i < kPictures; ++i) {
+      const Vec3d to = test::direction_at(88.0 * (i + 0.5) / kPictures, 137.5 * i);
+      const auto tangents = tangent_basis(to);
+      const double tilt = (i % 2 == 0 ? 1 : -1) * (15 + 20 * (i % 3)) * kDegree;
+      const Vec3d towards = -to * std::cos(tilt) + tangents[static_cast<std::size_t>(i / 2 % 2)] * std::sin(tilt);
+      test::PictureOptions options;
+      options.seed = static_cast<std::uint64_t>(i + 1);
+      const test::PlacedBoard placed = test::board_facing(tags, to * (0.14 + 0.02 * (i % 4)), towards, 0.9 * i);
+      const auto taken = camera.take({}, std::span(&placed, 1), options);
+      Image image;
+      image.width = taken.width;
+      image.height = taken.height;
+      for (const std::uint8_t v : taken.pixels) image.data.insert(image.data.end(), 3, std::byte{v});
+      char name[32];
+      std::snprintf(name, sizeof name, "/%02d.png", i);
+      EXPECT_TRUE(write_png(pictures + name, image).ok());
+    }
+  }
+};
+
+const Shown& shown_board() {
+  static const Shown it;
+  return it;
+}
+
+TEST(CalibrateGeometry, FindsTheLensThatTookThePictures) {
+  const Shown& s = shown_board();
+  const TempDir out;
+  const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--field-deg", "190", "--output", out.path("rig.textproto"),
+                                           "--report", out.path("report.png"), "--json"});
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("\"sigma_px\""));
+  const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
+  ASSERT_TRUE(rig) << rig.status().message();
+  EXPECT_LT(shown::direction_error(s.truth, rig->lenses[0].model), 0.05 * kDegree) << "RMS over the lens up to its edge";
+  EXPECT_NEAR(rig->lenses[0].max_angle_rad, 95 * kDegree, 1e-9);
+  const Result<Image> report = read_image(out.path("report.png"));
+  ASSERT_TRUE(report) << report.status().message();
+  EXPECT_GT(report->width, 400);
+
+  // A lamp of a degree, seen by the true lens, told by the calibrated one.
+  for (const double theta : {5.0, 45.0, 80.0}) {
+    const Vec3d to = test::direction_at(theta, 200);
+    const sim::Scene scene(sim::from_function(2048, [&](Vec3d d) {
+      const float l = angle_between(d, to) < 0.5 * kDegree ? 20'000.0F : 1.0F;
+      return Radiance{l, l, l};
+    }));
+    const std::vector<float> radiance = sim::render_radiance(scene, scene.state_at(0), s.truth, 4);
+    Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(*rig, {});
+    ASSERT_TRUE(estimator) << estimator.status().message();
+    Frame frame;
+    frame.info.exposure_s = 1;
+    frame.add_view({0, PixelFormat::rgb_f32, kEdge, kEdge, packed_stride(PixelFormat::rgb_f32, kEdge), std::as_bytes(std::span(radiance))});
+    Descriptor d;
+    const Status done = (*estimator)->estimate(std::span(&frame, 1), d);
+    ASSERT_TRUE(done.ok()) << done.message();
+    ASSERT_FALSE(d.lights.empty()) << theta;
+    EXPECT_LT(angle_between(vec_cast<double>(d.lights[0].direction), to), 0.2 * kDegree) << theta << " degrees from the axis";
+  }
+}
+
+TEST(CalibrateGeometry, OtherModelsOfTheSameLensAgree) {
+  const Shown& s = shown_board();
+  const TempDir out;
+  for (const char* model : {"double-sphere", "mei"}) {
+    const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--model", model, "--output", out.path("rig.textproto")});
+    ASSERT_EQ(said.status, 0) << said.err;
+    const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
+    ASSERT_TRUE(rig) << rig.status().message();
+    // Neither is the model that the pictures were made with.
+    LensParameters seen = s.truth;
+    seen.max_angle_rad = 80 * kDegree;
+    EXPECT_LT(shown::direction_error(seen, rig->lenses[0].model), 0.3 * kDegree) << model;
+  }
+}
+
+TEST(CalibrateGeometry, CoverageSaysWhatIsLacking) {
+  const Shown& s = shown_board();
+  const TempDir out;
+  const Said all = run(coverage_command, {"--board", s.board, "--lens0", s.pictures, "--field-circle-px", "300", "--picture", out.path("seen.svg")});
+  EXPECT_THAT(all.out, HasSubstr("of the picture known from 24 pictures"));
+  EXPECT_TRUE(std::filesystem::exists(out.path("seen.svg")));
+  const Said one = run(coverage_command, {"--board", s.board, "--lens0", s.pictures + "/23.png"});
+  EXPECT_EQ(one.status, 3);
+  EXPECT_THAT(one.out, HasSubstr("show the board in the"));
+  EXPECT_THAT(one.out, HasSubstr("take 19 more pictures"));
+}
+
+TEST(CalibrateGeometry, SaysWhatIsWrongWithPictures) {
+  const Shown& s = shown_board();
+  const TempDir out;
+  const std::string to = out.path("rig.textproto");
+  const auto refused = [&](std::vector<std::string> words, int status, const char* what) {
+    words.insert(words.end(), {"--output", to});
+    const Said said = run(geometry_command, words);
+    EXPECT_EQ(said.status, status) << what;
+    EXPECT_THAT(said.err, HasSubstr(what));
+    EXPECT_FALSE(std::filesystem::exists(to)) << "nothing is written";
+  };
+  refused({"--board", s.board, "--lens0", s.pictures + "/01.png", s.pictures + "/02.png"}, 1, "take at least 5");
+  refused({"--board", s.board, "--lens0", out.path("nowhere")}, 1, "nowhere");
+  refused({"--board", out.write("no.yaml", "target_type: 'checkerboard'\n"), "--lens0", s.pictures}, 1, "no.yaml");
+  refused({"--board", s.board, "--board", s.board, "--lens0", s.pictures}, 1, "is on");
+  refused({"--board", s.board, "--lens0", s.pictures, "--time-offset"}, 2, "--lens1");
+  Image small;
+  small.width = 640, small.height = 480;
+  small.data.assign(3 * 640 * 480, std::byte{128});
+  ASSERT_TRUE(write_png(out.path("small.png"), small).ok());
+  refused({"--board", s.board, "--lens0", s.pictures + "/01.png", out.path("small.png")}, 1, "640x480");
+}
+
+}  // namespace
+}  // namespace lightwell::calibrate
