@@ -1,0 +1,94 @@
+// How far pixels are from where they came from, through direction and back, over the whole of published lenses; and lamps told
+// through lenses that were calibrated. One JSON object a line for tests/figures: figure, value.
+//   measure_models
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string>
+
+#include "calibration/camera_model.hpp"
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "firmware/calibration/lens_trials.hpp"
+#include "fixtures/published_lenses.hpp"
+#include "sim/panorama.hpp"
+#include "sim/render.hpp"
+#include "sim/scene.hpp"
+
+namespace {
+
+using namespace lightwell;
+constexpr double kDegree = std::numbers::pi / 180;
+
+void print(const std::string& figure, double value) {
+  std::printf("{\"figure\": \"%s\", \"value\": %.6g}\n", figure.c_str(), value);
+  std::fflush(stdout);
+}
+
+template <class T>
+double largest_miss(const LensParameters& lens) {
+  const BasicCameraModel<T> model(lens);
+  double worst = 0;
+  int seen = 0;
+  for (int y = 0; y < lens.height; ++y) {
+    for (int x = 0; x < lens.width; ++x) {
+      const BasicPixelPosition<T> p{static_cast<T>(x), static_cast<T>(y)};
+      const auto d = model.unproject(p);
+      if (!d) continue;
+      const auto back = model.project(*d);
+      if (!back) return INFINITY;
+      worst = std::max(worst, static_cast<double>(std::hypot(back->x - p.x, back->y - p.y)));
+      ++seen;
+    }
+  }
+  return seen > 0 ? worst : INFINITY;
+}
+
+/// Of a lamp of a degree at several angles, through the lens as it is and a calibration of it.
+double worst_lamp(calibration::LensKind kind, std::uint32_t seed) {
+  const LensParameters truth = shown::lens_of(kind);
+  const Result<calibration::GeometryFit> fit = calibrate_geometry(shown::one_lens(truth, {.seed = seed}), {.kind = kind});
+  if (!fit) return INFINITY;
+  RigParameters rig{{truth}, 0};
+  rig.lenses[0].model = fit->lenses[0].model;
+  const Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(rig, {});
+  if (!estimator) return INFINITY;
+  double worst = 0;
+  for (const double theta : {5.0, 50.0, 88.0}) {
+    const double t = theta * kDegree, phi = 2.0 * seed + t;
+    const Vec3d to{std::sin(t) * std::cos(phi), std::sin(t) * std::sin(phi), -std::cos(t)};
+    const sim::Scene scene(sim::from_function(2048, [&](Vec3d d) {
+      const float l = angle_between(d, to) < 0.5 * kDegree ? 20'000.0F : 1.0F;
+      return Radiance{l, l, l};
+    }));
+    const std::vector<float> radiance = sim::render_radiance(scene, scene.state_at(0), truth, 4);
+    Frame frame;
+    frame.info.exposure_s = 1;
+    frame.add_view({0, PixelFormat::rgb_f32, truth.width, truth.height, packed_stride(PixelFormat::rgb_f32, truth.width),
+                    std::as_bytes(std::span(radiance))});
+    Descriptor d;
+    if (!(*estimator)->estimate(std::span(&frame, 1), d).ok() || d.lights.empty()) return INFINITY;
+    worst = std::max(worst, angle_between(vec_cast<double>(d.lights[0].direction), to));
+  }
+  return worst / kDegree;
+}
+
+}  // namespace
+
+int main() {
+  double in_double = 0, in_float = 0;
+  for (const test::PublishedLens& published : test::published_lenses()) {
+    in_double = std::max(in_double, largest_miss<double>(published.lens));
+    in_float = std::max(in_float, largest_miss<float>(published.lens));
+  }
+  print("models.published", static_cast<double>(test::published_lenses().size()));
+  print("models.double_px", in_double);
+  print("models.float_px", in_float);
+  using calibration::LensKind;
+  for (const auto& [name, kind] : {std::pair{"kannala_brandt", LensKind::kannala_brandt}, {"double_sphere", LensKind::double_sphere}, {"mei", LensKind::mei}}) {
+    double worst = 0;
+    for (std::uint32_t seed = 1; seed <= 2; ++seed) worst = std::max(worst, worst_lamp(kind, seed));
+    print(std::string("light_deg.") + name, worst);
+  }
+  return 0;
+}
