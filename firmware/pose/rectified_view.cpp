@@ -15,6 +15,9 @@ constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
 constexpr double kRingCenter = 70 * kDegree;
 constexpr int kLargest = 1600;
 constexpr std::uint8_t kNothing = 128;
+/// The lens is asked for the corners of blocks of so many pixels; between them its mapping is bent by some hundredths
+/// of a pixel, and corners are measured in the original.
+constexpr int kBlock = 8;
 
 Vec3d direction_cv(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
@@ -48,22 +51,39 @@ std::optional<ViewAxes> view_towards(const CameraModel& lens, double theta, doub
   return view;
 }
 
+std::uint8_t sampled(const GreyPicture& picture, PixelPosition p) {
+  const double fx = std::floor(p.x), fy = std::floor(p.y);
+  if (!(fx >= 0 && fy >= 0 && fx < picture.width - 1 && fy < picture.height - 1)) return kNothing;
+  const int x = static_cast<int>(fx), y = static_cast<int>(fy);
+  const double u = p.x - fx, v = p.y - fy;
+  const double value = (1 - v) * ((1 - u) * picture.at(x, y) + u * picture.at(x + 1, y)) +
+                       v * ((1 - u) * picture.at(x, y + 1) + u * picture.at(x + 1, y + 1));
+  return static_cast<std::uint8_t>(value + 0.5);
+}
+
 }  // namespace
 
 RectifiedView::RectifiedView(const GreyPicture& picture, const CameraModel& lens, const ViewAxes& axes)
     : axes_(axes), pixels_(static_cast<std::size_t>(axes.size) * static_cast<std::size_t>(axes.size), kNothing) {
-  std::size_t i = 0;
-  for (int y = 0; y < axes.size; ++y)
-    for (int x = 0; x < axes.size; ++x, ++i) {
-      const auto p = original(lens, {static_cast<double>(x), static_cast<double>(y)});
-      if (!p) continue;
-      const double fx = std::floor(p->x), fy = std::floor(p->y);
-      if (!(fx >= 0 && fy >= 0 && fx < picture.width - 1 && fy < picture.height - 1)) continue;
-      const int px = static_cast<int>(fx), py = static_cast<int>(fy);
-      const double u = p->x - fx, v = p->y - fy;
-      const double value = (1 - v) * ((1 - u) * picture.at(px, py) + u * picture.at(px + 1, py)) +
-                           v * ((1 - u) * picture.at(px, py + 1) + u * picture.at(px + 1, py + 1));
-      pixels_[i] = static_cast<std::uint8_t>(value + 0.5);
+  const auto at = [&](int x, int y) { return original(lens, {static_cast<double>(x), static_cast<double>(y)}); };
+  for (int top = 0; top < axes.size; top += kBlock)
+    for (int left = 0; left < axes.size; left += kBlock) {
+      const auto a = at(left, top), b = at(left + kBlock, top), c = at(left, top + kBlock),
+                 d = at(left + kBlock, top + kBlock);
+      const bool smooth = a && b && c && d;
+      for (int y = top; y < std::min(top + kBlock, axes.size); ++y)
+        for (int x = left; x < std::min(left + kBlock, axes.size); ++x) {
+          std::optional<PixelPosition> p;
+          if (smooth) {
+            const double u = static_cast<double>(x - left) / kBlock, v = static_cast<double>(y - top) / kBlock;
+            const double wa = (1 - u) * (1 - v), wb = u * (1 - v), wc = (1 - u) * v, wd = u * v;
+            p = PixelPosition{wa * a->x + wb * b->x + wc * c->x + wd * d->x,
+                              wa * a->y + wb * b->y + wc * c->y + wd * d->y};
+          } else if (a || b || c || d) {
+            p = at(x, y);
+          }
+          if (p) pixels_[static_cast<std::size_t>(y * axes.size + x)] = sampled(picture, *p);
+        }
     }
 }
 

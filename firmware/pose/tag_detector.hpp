@@ -49,13 +49,13 @@ struct TagDetectorOptions {
   int max_hamming = 1;
   /// Detections below are dropped.
   double min_decision_margin = 10;
-  /// Takes 0.1 ms a tag; off, corners are AprilTag's.
+  /// Takes 2 to 3 ms a tag; off, corners are AprilTag's.
   bool refine = true;
   /// Linear light for each of 256 picture values (linear_table() of calibration/response.hpp); empty: they are linear.
   /// Matters where the picture is encoded (sRGB): a blurred edge's middle is then not half way between the values, and
   /// every tag looks up to half a pixel larger or smaller.
   std::vector<float> linear;
-  /// Half the angle from which on rectified views help, rad. They take about as long as the picture itself.
+  /// Half the angle from which on rectified views help, rad. Looking at them takes two to five times as long as at the picture.
   double rectify_beyond_rad = 0.7;
   int threads = 1;
 

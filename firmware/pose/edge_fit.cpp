@@ -1,0 +1,306 @@
+#include "pose/edge_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Dense>
+
+namespace lightwell {
+
+LinearPicture::LinearPicture(const GreyPicture& picture, std::span<const float> linear) : picture_(picture) {
+  for (std::size_t i = 0; i < values_.size(); ++i)
+    values_[i] = linear.empty() ? static_cast<double>(i) : 255.0 * static_cast<double>(linear[i]);
+}
+
+std::optional<double> LinearPicture::between(Eigen::Vector2d p) const {
+  const double fx = std::floor(p.x()), fy = std::floor(p.y());
+  if (!(fx >= 0 && fy >= 0 && fx < picture_.width - 1 && fy < picture_.height - 1)) return std::nullopt;
+  const int x = static_cast<int>(fx), y = static_cast<int>(fy);
+  const double u = p.x() - fx, v = p.y() - fy;
+  return (1 - v) * ((1 - u) * at(x, y) + u * at(x + 1, y)) + v * ((1 - u) * at(x, y + 1) + u * at(x + 1, y + 1));
+}
+
+namespace {
+
+using Eigen::Vector2d;
+using Parameters = Eigen::Matrix<double, 8, 1>;
+using Normal = Eigen::Matrix<double, 8, 8>;
+
+constexpr double kLeastContrast = 5;  ///< Of 255.
+/// Rounding to whole values, as a standard deviation.
+constexpr double kRounding = 0.29;
+/// How much light changes, a share per pixel: 1 % is a falloff to half over fifty.
+constexpr double kUnevenness = 0.01;
+constexpr double kUnevennessAcross = 0.003;  // Less, as much of it would be taken for blur.
+constexpr double kUnknown = 6;  ///< Numbers that each edge's pixels have to tell; two more are nearly known.
+
+/// Standard deviation of the parabola's bend at its end, px. Straight edges have bends of the picture's own size
+/// through any lens; a weak hold on short edges, where noise could bend them further.
+double bend_deviation(const LinearPicture& picture, double end) { return 0.5 * (8.0 / picture.sides()) * end * end; }
+
+/// Where along `p0 + out * d` the picture grows fastest outwards (times `sign`), |d| <= reach.
+std::optional<double> steepest(const LinearPicture& picture, Vector2d p0, Vector2d out, double reach, double sign) {
+  constexpr double kStep = 0.5;
+  const int half = static_cast<int>(std::ceil(reach / kStep));
+  constexpr int kAside = 2;  // Differences over 2 px: less is noise, more is the next cell.
+  std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(2 * (half + kAside) + 1));
+  for (int i = -half - kAside; i <= half + kAside; ++i) {
+    const auto v = picture.between(p0 + out * (i * kStep));
+    if (!v) return std::nullopt;
+    values.push_back(sign * *v);
+  }
+  double best = 0;
+  std::size_t where = 0;
+  const auto growth = [&](std::size_t i) { return values[i + kAside] - values[i - kAside]; };
+  for (std::size_t i = kAside; i + kAside < values.size(); ++i)
+    if (growth(i) > best) {
+      best = growth(i);
+      where = i;
+    }
+  if (best < kLeastContrast) return std::nullopt;
+  double fine = 0;
+  if (where > kAside && where + kAside + 1 < values.size()) {
+    const double before = growth(where - 1), after = growth(where + 1), bend = before - 2 * best + after;
+    if (bend < 0) fine = std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
+  }
+  return (static_cast<double>(where) + fine - half - kAside) * kStep;
+}
+
+struct Sample {
+  double t, d, value;
+};
+
+std::vector<Sample> band(const LinearPicture& picture, const Edge& edge, double half) {
+  Vector2d low = edge.at(edge.begin), high = low;
+  for (const double s : {edge.begin, (edge.begin + edge.end) / 2, edge.end})
+    for (const double aside : {-half, half}) {
+      const Vector2d p = edge.at(s) + edge.out * aside;
+      low = low.cwiseMin(p).eval();
+      high = high.cwiseMax(p).eval();
+    }
+  std::vector<Sample> out;
+  for (int y = static_cast<int>(std::floor(low.y())) - 1; y <= static_cast<int>(std::ceil(high.y())) + 1; ++y)
+    for (int x = static_cast<int>(std::floor(low.x())) - 1; x <= static_cast<int>(std::ceil(high.x())) + 1; ++x) {
+      if (!picture.holds(x, y)) continue;
+      const Vector2d p = Vector2d(x, y) - edge.origin;
+      const double s = p.dot(edge.along), d = p.dot(edge.out);
+      if (s >= edge.begin && s <= edge.end && std::abs(d - edge.offset(s)) <= half)
+        out.push_back({s / edge.end, d, picture.at(x, y)});
+    }
+  return out;
+}
+
+double normal_density(double x) { return std::exp(-x * x / 2) / std::sqrt(2 * std::numbers::pi); }
+double normal_integral(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+/// The share of light at a distance from an edge, and its derivatives: a step behind a normal blur and a square pixel.
+/// A pixel whose sides are not along the edge sees it through a trapezium; its longer side is kept as it is, the
+/// shorter one goes into the blur by its variance.
+class BlurredStep {
+ public:
+  BlurredStep(double sigma, Vector2d across)
+      : width_(across.cwiseAbs().maxCoeff()), own_(sigma), sigma_(std::sqrt(sigma * sigma + small(across))) {}
+
+  struct Value {
+    double share, by_distance, by_sigma;
+  };
+  [[nodiscard]] Value at(double distance) const {
+    // Most pixels are far from the edge; beyond six deviations the share differs from 0 or 1 by 1e-9.
+    if (const double beyond = std::abs(distance) - width_ / 2; beyond > 6 * sigma_)
+      return {distance > 0 ? 1.0 : 0.0, 0, 0};
+    const double a = (distance + width_ / 2) / sigma_, b = (distance - width_ / 2) / sigma_;
+    const double fa = normal_integral(a), fb = normal_integral(b), da = normal_density(a), db = normal_density(b);
+    return {sigma_ * (a * fa + da - b * fb - db) / width_, (fa - fb) / width_, (da - db) / width_ * own_ / sigma_};
+  }
+
+ private:
+  static double small(Vector2d across) {
+    const double w = across.cwiseAbs().minCoeff();
+    return w * w / 12;
+  }
+  double width_, own_, sigma_;
+};
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Curve (3), value inside, value outside, sigma, and by how much the light grows along and across the edge, a share
+/// per pixel: lamps and lenses are not even.
+class EdgeModel {
+ public:
+  EdgeModel(const Edge& edge, std::vector<Sample> samples) : edge_(edge), samples_(std::move(samples)) {}
+
+  struct Sums {
+    Normal normal = Normal::Zero();
+    Parameters right = Parameters::Zero();
+    double cost = 0, squares = 0, count = 0;
+
+    /// Of one pixel; never below what rounding makes.
+    [[nodiscard]] double variance() const {
+      return std::max(squares / std::max(count - kUnknown, 1.0), kRounding * kRounding);
+    }
+  };
+
+  /// `scale` is that of Tukey's weights; 0: all count fully.
+  [[nodiscard]] Sums sums(const Parameters& at, double scale) {
+    Sums out;
+    residuals_.clear();
+    const BlurredStep blurred(at[5], edge_.out);
+    const double step = at[4] - at[3];
+    for (const Sample& s : samples_) {
+      const BlurredStep::Value v = blurred.at(s.d - (at[0] + s.t * (at[1] + s.t * at[2])));
+      const double even = at[3] + step * v.share, along = (s.t - 0.5) * edge_.end;
+      const double light = 1 + at[6] * along + at[7] * s.d, moved = -step * v.by_distance * light;
+      Parameters slope;
+      slope << moved, moved * s.t, moved * s.t * s.t, (1 - v.share) * light, v.share * light, step * v.by_sigma * light,
+          even * along, even * s.d;
+      const double r = s.value - even * light;
+      residuals_.push_back(std::abs(r));
+      // Tukey's biweight and its loss.
+      double w = 1, loss = r * r;
+      if (scale > 0) {
+        const double cut = 4.685 * scale, q = std::min(1.0, r * r / (cut * cut));
+        w = (1 - q) * (1 - q);
+        loss = cut * cut / 3 * (1 - (1 - q) * w);
+      }
+      out.normal += w * slope * slope.transpose();
+      out.right += w * r * slope;
+      out.cost += loss;
+      out.squares += w * r * r;
+      out.count += w;
+    }
+    return out;
+  }
+
+  /// Of the last sums.
+  [[nodiscard]] double median_residual() const { return median_of(residuals_); }
+
+ private:
+  const Edge& edge_;
+  std::vector<Sample> samples_;
+  std::vector<double> residuals_;
+};
+
+/// Levels on both sides of the edge and a usual blur; nothing where there are too few pixels.
+std::optional<Parameters> first_guess(const Edge& edge, const std::vector<Sample>& samples, double half) {
+  double inside = 0, outside = 0;
+  int insides = 0, outsides = 0;
+  for (const Sample& s : samples) {
+    const double off = s.d - edge.offset(s.t * edge.end);
+    if (off < -half / 2) {
+      inside += s.value;
+      ++insides;
+    } else if (off > half / 2) {
+      outside += s.value;
+      ++outsides;
+    }
+  }
+  if (samples.size() < 12 || insides < 2 || outsides < 2) return std::nullopt;
+  Parameters x;
+  x << edge.curve, inside / insides, outside / outsides, 0.7, 0, 0;
+  return x;
+}
+
+}  // namespace
+
+bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign) {
+  std::vector<std::pair<double, double>> points;  // t, d
+  const int steps = std::max(4, static_cast<int>(edge.end - edge.begin));
+  for (int i = 0; i <= steps; ++i) {
+    const double s = edge.begin + (edge.end - edge.begin) * i / steps;
+    if (const auto d = steepest(picture, edge.origin + edge.along * s, edge.out, reach, sign))
+      points.emplace_back(s / edge.end, *d);
+  }
+  if (points.size() < 4 || 2 * points.size() < static_cast<std::size_t>(steps)) return false;
+  const double bend = bend_deviation(picture, edge.end);
+  Eigen::Vector3d curve = Eigen::Vector3d::Zero();
+  double scale = reach;
+  for (int pass = 0; pass < 6; ++pass) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    normal(2, 2) = 0.25 / (bend * bend);
+    double sum = 0, weights = 0;
+    for (const auto& [t, d] : points) {
+      const Eigen::Vector3d row(1, t, t * t);
+      const double r = d - row.dot(curve);
+      const double w = pass == 0 ? 1 : 1 / (1 + (r / scale) * (r / scale));
+      normal += w * row * row.transpose();
+      right += w * row * d;
+      sum += w * std::abs(r);
+      weights += w;
+    }
+    curve = normal.ldlt().solve(right);
+    if (pass > 0) scale = std::max(0.25, 1.5 * sum / weights);
+  }
+  if (!curve.allFinite()) return false;
+  edge.curve = curve;
+  return true;
+}
+
+/// By Gauss and Newton with Marquardt's damping, first with all pixels alike, then with Tukey's weights.
+bool fit(const LinearPicture& picture, Edge& edge, double sign) {
+  const double half = std::clamp(0.6 * edge.cell, 1.2, 5.0);
+  const std::vector<Sample> samples = band(picture, edge, half);
+  const std::optional<Parameters> guess = first_guess(edge, samples, half);
+  if (!guess) return false;
+  Parameters x = *guess;
+  const double bend = bend_deviation(picture, edge.end);
+  EdgeModel model(edge, samples);
+  EdgeModel::Sums here;
+  for (int round = 0; round < 3; ++round) {
+    double scale = 0;
+    // Most pixels are flat and only tell of noise; those on the slope also show how far the model is from the lens.
+    if (round > 0) scale = std::max(1.4826 * model.median_residual(), 1 + 0.02 * std::abs(x[4] - x[3]));
+    here = model.sums(x, scale);
+    double damping = 1e-3;
+    for (int i = 0; i < 10; ++i) {
+      Normal damped = here.normal;
+      Parameters right = here.right;
+      const auto hold = [&](int k, double deviation) {
+        const double weight = here.variance() / (deviation * deviation);
+        damped(k, k) += weight;
+        right[k] -= weight * x[k];
+      };
+      hold(2, bend);
+      hold(6, kUnevenness);
+      hold(7, kUnevennessAcross);
+      damped.diagonal() *= 1 + damping;
+      const Parameters step = damped.ldlt().solve(right);
+      if (!step.allFinite()) return false;
+      Parameters next = x + step;
+      next[5] = std::clamp(next[5], 0.15, half);
+      const EdgeModel::Sums there = model.sums(next, scale);
+      if (there.cost <= here.cost * (1 + 1e-6)) {
+        x = next;
+        here = there;
+        damping = std::max(damping / 10, 1e-9);
+        if (step.head<3>().cwiseAbs().maxCoeff() < 1e-4) break;
+      } else {
+        damping *= 10;
+        if (damping > 1e6) break;
+      }
+    }
+  }
+  if (here.count < 10) return false;
+  const double contrast = sign * (x[4] - x[3]);
+  if (contrast < kLeastContrast || contrast < 2 * std::sqrt(here.variance())) return false;
+  if ((x.head<3>() - edge.curve).cwiseAbs().maxCoeff() > 2 * half) return false;
+  Normal information = here.normal / here.variance();
+  information(2, 2) += 1 / (bend * bend);
+  information(6, 6) += 1 / (kUnevenness * kUnevenness);
+  information(7, 7) += 1 / (kUnevennessAcross * kUnevennessAcross);
+  const Normal covariance = information.ldlt().solve(Normal::Identity());
+  if (!covariance.allFinite()) return false;
+  edge.curve = x.head<3>();
+  edge.covariance = covariance.topLeftCorner<3, 3>();
+  return true;
+}
+
+}  // namespace lightwell
