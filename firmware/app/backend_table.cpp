@@ -10,6 +10,7 @@
 #include "app/log.hpp"
 #include "camera/backends/replay/replay_backend.hpp"
 #include "camera/backends/sim/sim_backend.hpp"
+#include "camera/backends/v4l2/v4l2_backend.hpp"
 
 namespace lightwell {
 namespace {
@@ -40,6 +41,8 @@ std::span<const BackendEntry> backend_table() {
                    &make_talking_sim},
       BackendEntry{"replay", "replay:PATH  a recording of lightwelld --record, or a directory of images",
                    &make_replay_backend},
+      BackendEntry{"v4l2", "v4l2:/dev/video0?width=1280&height=960  a camera that the kernel drives, as on USB",
+                   &make_v4l2_backend},
   };
   return kTable;
 }

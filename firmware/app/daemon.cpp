@@ -156,7 +156,7 @@ Status run_daemon(const Config& config) {
 
   std::string told_error;
   std::uint64_t told_faults = 0;
-  bool told_end = false, told_beyond = false;
+  bool told_end = false, told_beyond = false, told_lost = false;
   Setting told_setting = config.estimator.setting;
   while (!stop_asked()) {
     const StatusSnapshot status = pipeline.status();
@@ -178,9 +178,9 @@ Status run_daemon(const Config& config) {
       told_beyond = true;
     }
     const CameraBackend::State state = parts->camera->state();
-    if (state == CameraBackend::State::lost && !told_end) {
-      told_end = true;
-      log_error("the camera went away");
+    if (const bool lost = state == CameraBackend::State::lost; lost != told_lost) {
+      told_lost = lost;
+      lost ? log_error("the camera went away") : log_info("the camera is back");
     }
     if (state == CameraBackend::State::finished) {
       // Once more around: a second in which the last capture is estimated and reaches the clients.

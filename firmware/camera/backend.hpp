@@ -44,7 +44,7 @@ class CameraBackend {
     idle,       ///< Not started, or stopped.
     streaming,  ///< Frames come.
     finished,   ///< A recording has come to its end.
-    lost,       ///< The device went away.
+    lost,       ///< The device went away. A backend that takes it up again when it returns is streaming from then on.
   };
   /// From any thread.
   [[nodiscard]] virtual State state() const = 0;

@@ -1,0 +1,130 @@
+#include "camera/backends/v4l2/controls.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace lightwell::v4l2 {
+namespace {
+
+struct Wish {
+  std::uint32_t id = 0;
+  const char* name = "";
+  int value = 0;
+  bool missed = false;  ///< Its absence changes what frames mean.
+};
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string all;
+  for (const std::string& part : parts) all += (all.empty() ? "" : ", ") + part;
+  return all;
+}
+
+std::string milliseconds(double s) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g ms", s * 1e3);
+  return text.data();
+}
+
+/// What it is afterwards, as the device says; nothing where it cannot be set.
+std::optional<int> set_and_read(Device& device, const Control& control, int value) {
+  const int nearest = nearest_in(control.range, value);
+  if (device.set_control(control.id, nearest) != 0) return std::nullopt;
+  return device.control_value(control.id);
+}
+
+/// Automatic exposure off, by the one or the other menu entry. False where it stays on.
+bool make_manual(Device& device) {
+  const std::optional<Control> mode = device.control(V4L2_CID_EXPOSURE_AUTO);
+  if (!mode) return true;  // Nothing that could be automatic.
+  for (const int manual : {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY})
+    if (device.set_control(mode->id, manual) == 0 && device.control_value(mode->id) == manual) return true;
+  return false;
+}
+
+ExposureControl unknown_exposure(double rate) { return {std::nullopt, {}, {1 / (rate > 0 ? rate : 30)}}; }
+
+}  // namespace
+
+void fix_controls(Device& device, const Options& options, std::vector<std::string>& notes) {
+  std::optional<Control> gain = device.control(V4L2_CID_GAIN);
+  if (!gain) gain = device.control(V4L2_CID_ANALOGUE_GAIN);
+  // In this order: values can be set once their automatics are off.
+  const std::array wishes = {
+      Wish{V4L2_CID_AUTOGAIN, "automatic gain", 0, false},
+      Wish{V4L2_CID_AUTO_WHITE_BALANCE, "automatic white balance", 0, false},
+      Wish{V4L2_CID_FOCUS_AUTO, "automatic focus", 0, false},
+      Wish{V4L2_CID_EXPOSURE_AUTO_PRIORITY, "rate that follows exposure", 0, false},
+      Wish{V4L2_CID_BACKLIGHT_COMPENSATION, "backlight compensation", 0, false},
+      Wish{gain ? gain->id : V4L2_CID_GAIN, "gain", options.gain.value_or(gain ? gain->range.min : 0), true},
+      Wish{V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance", options.white_balance_kelvin, true},
+      Wish{V4L2_CID_POWER_LINE_FREQUENCY, "power-line filter", options.power_line, false},
+  };
+  std::vector<std::string> in_force, missing, refused;
+  for (const Wish& wish : wishes) {
+    const std::optional<Control> control = device.control(wish.id);
+    if (!control) {
+      if (wish.missed) missing.emplace_back(wish.name);
+      continue;
+    }
+    const std::optional<int> now = set_and_read(device, *control, wish.value);
+    if (!now) {
+      refused.emplace_back(wish.name);
+      continue;
+    }
+    in_force.push_back(std::string(wish.name) + " " + std::to_string(*now) +
+                       (*now == wish.value ? "" : " (asked for " + std::to_string(wish.value) + ")"));
+  }
+  if (!in_force.empty()) notes.push_back("in force, read back: " + joined(in_force));
+  if (!missing.empty()) notes.push_back("the device has no control of: " + joined(missing));
+  if (!refused.empty()) notes.push_back("the device does not let these be set: " + joined(refused));
+}
+
+Result<ExposureControl> settle_exposure(Device& device, const Options& options, double rate,
+                                        std::vector<std::string>& notes) {
+  const bool manual = make_manual(device);
+  const std::optional<Control> control = device.control(V4L2_CID_EXPOSURE_ABSOLUTE);
+  if (!control || !manual) {
+    const std::string why =
+        manual ? "the device has no control of exposure in units of time" : "automatic exposure cannot be switched off";
+    if (options.exposure_s.size() > 1)
+      return Status(StatusCode::invalid_argument,
+                    "v4l2: '" + options.path + "': " + why + ", so there is no bracket: leave exposure out");
+    notes.push_back(why + ": what frames say of it is a guess, the interval between them");
+    return unknown_exposure(rate);
+  }
+
+  ExposureControl exposure{control, {}, {}};
+  const auto take = [&](int code) {
+    exposure.codes.push_back(code);
+    exposure.seconds.push_back(code * kExposureUnit_s);
+  };
+  if (options.exposure_s.empty()) {
+    const std::optional<int> now = device.control_value(control->id);
+    if (now && *now > 0) take(*now);
+  }
+  for (const double wanted : options.exposure_s) {
+    const std::optional<int> now =
+        set_and_read(device, *control, static_cast<int>(std::lround(wanted / kExposureUnit_s)));
+    if (!now || *now <= 0) break;
+    take(*now);
+    if (std::abs(exposure.seconds.back() - wanted) > 0.05 * wanted)
+      notes.push_back("exposure " + milliseconds(exposure.seconds.back()) + " in place of " + milliseconds(wanted) +
+                      ", which the device cannot have");
+  }
+  if (exposure.codes.size() < std::max<std::size_t>(options.exposure_s.size(), 1))
+    return Status(StatusCode::internal,
+                  "v4l2: '" + options.path + "': the device takes no exposure, or does not say which it has");
+  if (options.exposure_s.size() > 1 &&
+      std::ranges::count(exposure.codes, exposure.codes.front()) == static_cast<std::ptrdiff_t>(exposure.codes.size()))
+    notes.emplace_back("all exposures of the bracket are the same to the device");
+  const double longest = *std::ranges::max_element(exposure.seconds);
+  if (rate > 0 && longest > 1 / rate)
+    notes.push_back("exposure " + milliseconds(longest) + " is longer than a frame lasts: the rate may fall");
+  if (const int failed = device.set_control(control->id, exposure.codes.front()); failed != 0)
+    return device.error("takes no exposure", failed);
+  return exposure;
+}
+
+}  // namespace lightwell::v4l2

@@ -1,0 +1,329 @@
+#include "camera/backends/v4l2/device.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <unistd.h>
+
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+
+namespace lightwell::v4l2 {
+namespace {
+
+/// 0 or an errno.
+int call(const FileDescriptor& fd, unsigned long request, void* argument) {
+  while (::ioctl(fd.get(), request, argument) != 0)
+    if (errno != EINTR) return errno;
+  return 0;
+}
+
+template <class T>
+T zeroed() {
+  T value;
+  std::memset(&value, 0, sizeof value);
+  return value;
+}
+
+v4l2_buffer a_buffer(int index) {
+  auto buffer = zeroed<v4l2_buffer>();
+  buffer.index = static_cast<std::uint32_t>(index);
+  buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  buffer.memory = V4L2_MEMORY_MMAP;
+  return buffer;
+}
+
+template <std::size_t N>
+std::string text_of(const unsigned char (&field)[N]) {
+  const auto* const text = reinterpret_cast<const char*>(field);
+  return {text, ::strnlen(text, N)};
+}
+
+std::string remedy_of(int error) {
+  switch (error) {
+    case EBUSY:
+      return "it is in use by another program; stop that one (`fuser -v` names it)";
+    case EACCES:
+    case EPERM:
+      return "this user may not use it; add the user to the group `video`";
+    case ENODEV:
+    case ENXIO:
+      return "it is away; plug it in again";
+    case ENOSPC:
+      return "its bus has no room for it; ask for a smaller size or rate, or use another USB port";
+    default:
+      return std::strerror(error);
+  }
+}
+
+StatusCode code_of(int error) {
+  switch (error) {
+    case EBUSY:
+    case ENODEV:
+    case ENXIO:
+    case EIO:
+      return StatusCode::unavailable;
+    case EACCES:
+    case EPERM:
+      return StatusCode::failed_precondition;
+    case ENOSPC:
+    case ENOMEM:
+      return StatusCode::resource_exhausted;
+    default:
+      return StatusCode::internal;
+  }
+}
+
+/// "/dev/video0 (UVC Camera), /dev/video2 (...)": what the person may have meant.
+std::string devices_there_are() {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator("/sys/class/video4linux", ignored)) {
+    std::string name;
+    std::ifstream file(entry.path() / "name");
+    std::getline(file, name);
+    found.push_back("/dev/" + entry.path().filename().string() + (name.empty() ? "" : " (" + name + ")"));
+  }
+  std::ranges::sort(found);
+  std::string list;
+  for (const std::string& one : found) list += (list.empty() ? "" : ", ") + one;
+  return list.empty() ? "there is no V4L2 device; is the camera plugged in?" : "there are: " + list;
+}
+
+}  // namespace
+
+FileDescriptor& FileDescriptor::operator=(FileDescriptor&& o) noexcept {
+  if (this != &o) {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = o.fd_;
+    o.fd_ = -1;
+  }
+  return *this;
+}
+
+FileDescriptor::~FileDescriptor() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+MappedBuffers& MappedBuffers::operator=(MappedBuffers&& o) noexcept {
+  if (this != &o) {
+    clear();
+    buffers_ = std::move(o.buffers_);
+    o.buffers_.clear();
+  }
+  return *this;
+}
+
+MappedBuffers::~MappedBuffers() { clear(); }
+
+void MappedBuffers::clear() {
+  for (const Buffer& buffer : buffers_) ::munmap(buffer.memory.data(), buffer.memory.size());
+  buffers_.clear();
+}
+
+Result<Device> Device::open(const std::string& path) {
+  FileDescriptor fd(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  Device device(path, std::move(fd));
+  if (device.descriptor() < 0) {
+    const int error = errno;
+    if (error == ENOENT || error == ENOTDIR)
+      return Status(StatusCode::not_found, "v4l2: no device '" + path + "'; " + devices_there_are());
+    return device.error("cannot be opened", error);
+  }
+  if (Status s = device.identify(); !s.ok()) return s;
+  return device;
+}
+
+Status Device::identify() {
+  auto capability = zeroed<v4l2_capability>();
+  if (const int failed = call(fd_, VIDIOC_QUERYCAP, &capability); failed != 0) {
+    if (failed == ENOTTY || failed == EINVAL)
+      return {StatusCode::invalid_argument, "v4l2: '" + path_ + "' is no V4L2 device; " + devices_there_are()};
+    return error("does not say what it is", failed);
+  }
+  card_ = text_of(capability.card);
+  const std::uint32_t can =
+      (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps : capability.capabilities;
+  if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0) {
+    const bool planes = (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
+    return {StatusCode::invalid_argument,
+            "v4l2: '" + path_ + "' (" + card_ +
+                (planes ? ") gives pictures in several planes, which only libcamera's backend reads"
+                        : ") is no capture device; many cameras have a second node for metadata") +
+                "; " + devices_there_are()};
+  }
+  if ((can & V4L2_CAP_STREAMING) == 0)
+    return {StatusCode::invalid_argument, "v4l2: '" + path_ + "' (" + card_ + ") cannot stream into mapped buffers"};
+  return {};
+}
+
+std::vector<Mode> Device::modes(const Wanted& wanted) const {
+  std::vector<Mode> modes;
+  auto format = zeroed<v4l2_fmtdesc>();
+  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  // A driver that never says no would keep us here for ever.
+  constexpr std::uint32_t kMost = 256;
+  for (; format.index < kMost && call(fd_, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
+    add_modes(format.pixelformat, wanted, modes);
+  return modes;
+}
+
+void Device::add_modes(std::uint32_t fourcc, const Wanted& wanted, std::vector<Mode>& modes) const {
+  constexpr std::uint32_t kMost = 1024;
+  auto size = zeroed<v4l2_frmsizeenum>();
+  size.pixel_format = fourcc;
+  for (; size.index < kMost && call(fd_, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
+    if (size.type == V4L2_FRMSIZE_TYPE_DISCRETE) {
+      modes.push_back(
+          mode_with_intervals(fourcc, static_cast<int>(size.discrete.width), static_cast<int>(size.discrete.height)));
+      continue;
+    }
+    const auto whole = [](std::uint32_t v) { return static_cast<int>(std::min<std::uint32_t>(v, 1 << 20)); };
+    const v4l2_frmsize_stepwise& s = size.stepwise;
+    modes.push_back(mode_with_intervals(
+        fourcc, nearest_in({whole(s.min_width), whole(s.max_width), whole(s.step_width)}, wanted.width),
+        nearest_in({whole(s.min_height), whole(s.max_height), whole(s.step_height)}, wanted.height)));
+    return;  // One range says all.
+  }
+  // A driver that does not list sizes is asked for ours and says what it makes of it.
+  if (size.index == 0) modes.push_back({fourcc, wanted.width, wanted.height, {}, false});
+}
+
+Mode Device::mode_with_intervals(std::uint32_t fourcc, int width, int height) const {
+  constexpr std::uint32_t kMost = 256;
+  Mode mode{fourcc, width, height, {}, false};
+  auto interval = zeroed<v4l2_frmivalenum>();
+  interval.pixel_format = fourcc;
+  interval.width = static_cast<std::uint32_t>(width);
+  interval.height = static_cast<std::uint32_t>(height);
+  const auto add = [&mode](const v4l2_fract& f) {
+    if (f.numerator > 0 && f.denominator > 0) mode.intervals.push_back({f.numerator, f.denominator});
+  };
+  for (; interval.index < kMost && call(fd_, VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
+    if (interval.type == V4L2_FRMIVAL_TYPE_DISCRETE) {
+      add(interval.discrete);
+      continue;
+    }
+    add(interval.stepwise.max);
+    add(interval.stepwise.min);
+    mode.any_between = true;
+    break;
+  }
+  return mode;
+}
+
+Result<Settled> Device::set_mode(const Choice& choice) {
+  auto format = zeroed<v4l2_format>();
+  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  v4l2_pix_format& pix = format.fmt.pix;
+  pix.width = static_cast<std::uint32_t>(choice.mode.width);
+  pix.height = static_cast<std::uint32_t>(choice.mode.height);
+  pix.pixelformat = choice.mode.fourcc;
+  pix.field = V4L2_FIELD_NONE;
+  if (const int failed = call(fd_, VIDIOC_S_FMT, &format); failed != 0)
+    return error("refuses " + std::to_string(choice.mode.width) + "x" + std::to_string(choice.mode.height) + " " +
+                     fourcc_text(choice.mode.fourcc),
+                 failed);
+  Settled settled;
+  settled.encoding = encoding_of(pix.pixelformat);
+  if (settled.encoding == nullptr || pix.width > 1 << 20 || pix.height > 1 << 20)
+    return Status(StatusCode::invalid_argument,
+                  "v4l2: " + path_ + " gives " + std::to_string(pix.width) + "x" + std::to_string(pix.height) + " " +
+                      fourcc_text(pix.pixelformat) + " when asked for " + fourcc_text(choice.mode.fourcc) +
+                      ", which cannot be read here; try another format= (" + format_names() + ")");
+  if (pix.field != V4L2_FIELD_NONE && pix.field != V4L2_FIELD_ANY)
+    return Status(StatusCode::invalid_argument,
+                  "v4l2: " + path_ + " gives interlaced pictures; a probe needs progressive ones");
+  settled.width = static_cast<int>(pix.width);
+  settled.height = static_cast<int>(pix.height);
+  settled.bytes_per_line = pix.bytesperline;
+  settled.size_image = pix.sizeimage;
+  settled.quantization = pix.quantization;
+  settled.ycbcr = pix.ycbcr_enc;
+
+  auto parameters = zeroed<v4l2_streamparm>();
+  parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  v4l2_fract& interval = parameters.parm.capture.timeperframe;
+  interval = {choice.interval.numerator, choice.interval.denominator};
+  const bool asked = choice.interval.rate() > 0;
+  // A driver without a rate to set may still know the one it has.
+  if (!asked || call(fd_, VIDIOC_S_PARM, &parameters) != 0)
+    if (call(fd_, VIDIOC_G_PARM, &parameters) != 0) interval = {0, 1};
+  settled.rate = Fraction{interval.numerator, interval.denominator}.rate();
+  return settled;
+}
+
+std::optional<Control> Device::control(std::uint32_t id) const {
+  constexpr std::uint32_t kCannotBeSet = V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY | V4L2_CTRL_FLAG_GRABBED;
+  auto query = zeroed<v4l2_queryctrl>();
+  query.id = id;
+  if (call(fd_, VIDIOC_QUERYCTRL, &query) != 0 || (query.flags & kCannotBeSet) != 0) return std::nullopt;
+  return Control{id, text_of(query.name), {query.minimum, query.maximum, query.step}};
+}
+
+int Device::set_control(std::uint32_t id, int value) {
+  v4l2_control control{id, value};
+  return call(fd_, VIDIOC_S_CTRL, &control);
+}
+
+std::optional<int> Device::control_value(std::uint32_t id) const {
+  v4l2_control control{id, 0};
+  if (call(fd_, VIDIOC_G_CTRL, &control) != 0) return std::nullopt;
+  return control.value;
+}
+
+Result<MappedBuffers> Device::map_buffers(int count) {
+  auto request = zeroed<v4l2_requestbuffers>();
+  request.count = static_cast<std::uint32_t>(count);
+  request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  request.memory = V4L2_MEMORY_MMAP;
+  if (const int failed = call(fd_, VIDIOC_REQBUFS, &request); failed != 0) return error("gives no buffers", failed);
+  MappedBuffers mapped;
+  // A driver may insist on more than were asked for.
+  for (int i = 0; i < std::min(static_cast<int>(request.count), count); ++i) {
+    v4l2_buffer buffer = a_buffer(i);
+    if (const int failed = call(fd_, VIDIOC_QUERYBUF, &buffer); failed != 0)
+      return error("does not describe its buffers", failed);
+    stamps_are_monotonic_ = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    void* const memory = ::mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd_.get(),
+                                static_cast<off_t>(buffer.m.offset));
+    if (memory == MAP_FAILED) return error("does not map its buffers", errno);
+    auto exported = zeroed<v4l2_exportbuffer>();
+    exported.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    exported.index = static_cast<std::uint32_t>(i);
+    exported.flags = O_RDONLY | O_CLOEXEC;
+    const bool has_fd = call(fd_, VIDIOC_EXPBUF, &exported) == 0;
+    mapped.add({{static_cast<std::byte*>(memory), buffer.length}, FileDescriptor(has_fd ? exported.fd : -1)});
+  }
+  return mapped;
+}
+
+int Device::queue(int index) {
+  v4l2_buffer buffer = a_buffer(index);
+  return call(fd_, VIDIOC_QBUF, &buffer);
+}
+
+int Device::dequeue(v4l2_buffer& buffer) {
+  buffer = a_buffer(0);
+  return call(fd_, VIDIOC_DQBUF, &buffer);
+}
+
+int Device::stream_on() {
+  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  return call(fd_, VIDIOC_STREAMON, &type);
+}
+
+int Device::stream_off() {
+  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  return call(fd_, VIDIOC_STREAMOFF, &type);
+}
+
+Status Device::error(const std::string& doing, int error) const {
+  return {code_of(error),
+          "v4l2: '" + path_ + "'" + (card_.empty() ? "" : " (" + card_ + ")") + " " + doing + ": " + remedy_of(error)};
+}
+
+}  // namespace lightwell::v4l2

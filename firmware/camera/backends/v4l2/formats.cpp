@@ -1,0 +1,151 @@
+#include "camera/backends/v4l2/formats.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <linux/videodev2.h>
+
+namespace lightwell::v4l2 {
+namespace {
+
+using enum PixelFormat;
+using enum Packing;
+
+constexpr std::array kEncodings = {
+    Encoding{V4L2_PIX_FMT_SRGGB12, bayer_rggb12, none, 0, 0, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SGRBG12, bayer_rggb12, none, 1, 0, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SGBRG12, bayer_rggb12, none, 0, 1, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SBGGR12, bayer_rggb12, none, 1, 1, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SRGGB12P, bayer_rggb12, packed12, 0, 0, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SGRBG12P, bayer_rggb12, packed12, 1, 0, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SGBRG12P, bayer_rggb12, packed12, 0, 1, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SBGGR12P, bayer_rggb12, packed12, 1, 1, "bayer12"},
+    Encoding{V4L2_PIX_FMT_SRGGB10, bayer_rggb10, none, 0, 0, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SGRBG10, bayer_rggb10, none, 1, 0, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SGBRG10, bayer_rggb10, none, 0, 1, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SBGGR10, bayer_rggb10, none, 1, 1, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SRGGB10P, bayer_rggb10, packed10, 0, 0, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SGRBG10P, bayer_rggb10, packed10, 1, 0, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SGBRG10P, bayer_rggb10, packed10, 0, 1, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SBGGR10P, bayer_rggb10, packed10, 1, 1, "bayer10"},
+    Encoding{V4L2_PIX_FMT_SRGGB8, bayer_rggb8, none, 0, 0, "bayer8"},
+    Encoding{V4L2_PIX_FMT_SGRBG8, bayer_rggb8, none, 1, 0, "bayer8"},
+    Encoding{V4L2_PIX_FMT_SGBRG8, bayer_rggb8, none, 0, 1, "bayer8"},
+    Encoding{V4L2_PIX_FMT_SBGGR8, bayer_rggb8, none, 1, 1, "bayer8"},
+    Encoding{V4L2_PIX_FMT_RGB24, rgb8, none, 0, 0, "rgb8"},
+    Encoding{V4L2_PIX_FMT_YUYV, yuyv, none, 0, 0, "yuyv"},
+    Encoding{V4L2_PIX_FMT_NV12, nv12, none, 0, 0, "nv12"},
+    Encoding{V4L2_PIX_FMT_MJPEG, rgb8, jpeg, 0, 0, "mjpeg"},
+    Encoding{V4L2_PIX_FMT_JPEG, rgb8, jpeg, 0, 0, "mjpeg"},
+    Encoding{V4L2_PIX_FMT_GREY, rgb8, grey, 0, 0, "grey"},
+};
+
+/// Of the driver's rows where nothing is padded; 0 where a row has no size of its own or pixels do not fill bytes.
+std::size_t packed_driver_stride(const Encoding& encoding, int width) {
+  const auto w = static_cast<std::size_t>(width);
+  switch (encoding.packing) {
+    case none:
+      return packed_stride(encoding.format, width);
+    case packed10:
+      return w % 4 == 0 ? w / 4 * 5 : 0;
+    case packed12:
+      return w % 2 == 0 ? w / 2 * 3 : 0;
+    case grey:
+      return w;
+    case jpeg:
+      return 0;
+  }
+  return 0;
+}
+
+Status refused(const Encoding& encoding, int width, int height, const std::string& why) {
+  return {StatusCode::invalid_argument, "v4l2: the driver gives " + std::to_string(width) + "x" +
+                                            std::to_string(height) + " " + fourcc_text(encoding.fourcc) + " " + why +
+                                            ": ask for another size or format"};
+}
+
+bool needs_even_width(PixelFormat format) { return is_bayer(format) || format == yuyv || format == nv12; }
+bool needs_even_height(PixelFormat format) { return is_bayer(format) || format == nv12; }
+
+}  // namespace
+
+std::span<const Encoding> encodings() { return kEncodings; }
+
+const Encoding* encoding_of(std::uint32_t fourcc) {
+  const auto found = std::ranges::find(kEncodings, fourcc, &Encoding::fourcc);
+  return found == kEncodings.end() ? nullptr : &*found;
+}
+
+std::string format_names() {
+  std::string all;
+  std::string_view last;
+  for (const Encoding& encoding : kEncodings) {
+    if (encoding.name == last) continue;
+    last = encoding.name;
+    all += (all.empty() ? "" : ", ") + std::string(last);
+  }
+  return all;
+}
+
+std::string fourcc_text(std::uint32_t fourcc) {
+  std::string text;
+  for (int i = 0; i < 4; ++i) {
+    const auto c = static_cast<unsigned char>(fourcc >> (8 * i));
+    text += c > 0x20 && c < 0x7F ? static_cast<char>(c) : '.';
+  }
+  return text;
+}
+
+Result<Layout> layout_of(const Encoding& encoding, int width, int height, std::size_t bytes_per_line,
+                         std::size_t size_image, bool copied) {
+  const PixelFormat format = encoding.format;
+  // What is skipped for the order of colours must leave a picture.
+  const int least = is_bayer(format) ? 4 : 2;
+  if (width < least || height < least || width > 16384 || height > 16384)
+    return refused(encoding, width, height, "pictures, which is no size");
+  if ((needs_even_width(format) && width % 2 != 0) || (needs_even_height(format) && height % 2 != 0))
+    return refused(encoding, width, height, "pictures, and this format needs even sizes");
+
+  Layout layout;
+  layout.width = layout.view_width = width;
+  layout.height = layout.view_height = height;
+  if (encoding.packing != jpeg) {
+    const std::size_t packed = packed_driver_stride(encoding, width);
+    if (packed == 0) return refused(encoding, width, height, "pictures, whose pixels do not fill whole bytes");
+    // Drivers that have nothing to say of padding leave the field empty.
+    layout.stride = bytes_per_line == 0 ? packed : bytes_per_line;
+    if (layout.stride < packed) return refused(encoding, width, height, "pictures with rows that overlap");
+    const bool ours = encoding.packing == none;
+    if (ours && layout.stride % pixel_alignment(format) != 0)
+      return refused(encoding, width, height, "pictures with rows that are not aligned to their numbers");
+    layout.bytes = ours ? picture_bytes(format, layout.stride, height)
+                        : layout.stride * static_cast<std::size_t>(height - 1) + packed;
+    if (size_image < layout.bytes)
+      return refused(
+          encoding, width, height,
+          "pictures of " + std::to_string(size_image) + " bytes, and they need " + std::to_string(layout.bytes));
+  }
+  layout.view_stride = copied || encoding.packing != none ? packed_stride(format, width) : layout.stride;
+  layout.picture_bytes = picture_bytes(format, layout.view_stride, height);
+  if (encoding.skip_columns > 0 || encoding.skip_rows > 0) {
+    const std::size_t pixel = pixel_alignment(format);
+    layout.view_offset = static_cast<std::size_t>(encoding.skip_rows) * layout.view_stride +
+                         static_cast<std::size_t>(encoding.skip_columns) * pixel;
+    // Rows are whole strides long, so a view that begins inside a row must end a row earlier: and rows come in pairs.
+    layout.view_width -= 2 * encoding.skip_columns;
+    layout.view_height -= 2;
+  }
+  return layout;
+}
+
+View view_of(const Encoding& encoding, const Layout& layout, std::span<const std::byte> picture) {
+  const std::size_t bytes = picture_bytes(encoding.format, layout.view_stride, layout.view_height);
+  return {0,
+          encoding.format,
+          layout.view_width,
+          layout.view_height,
+          layout.view_stride,
+          picture.subspan(layout.view_offset, bytes)};
+}
+
+}  // namespace lightwell::v4l2

@@ -1,0 +1,33 @@
+// What can be said about a V4L2 camera in its URI:
+//   v4l2:/dev/video0?width=1280&height=960&fps=30&format=yuyv&exposure=1ms,8ms&gain=0&white_balance=5000
+//       &power_line=off&row_readout_us=15&control_delay=2   (on one line)
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lightwell/config.hpp>
+#include <lightwell/result.hpp>
+
+#include "camera/backends/v4l2/negotiation.hpp"
+#include "camera/uri.hpp"
+
+namespace lightwell::v4l2 {
+
+struct Options {
+  std::string path;                ///< Of the device's node; symbolic links are followed anew when it comes back.
+  Wanted wanted;                   ///< From the URI, else from the configuration.
+  std::vector<double> exposure_s;  ///< A bracket; empty: what the camera starts with.
+  std::optional<int> gain;         ///< In the device's own numbers; empty: the lowest.
+  int white_balance_kelvin = 5000;
+  int power_line = 0;                ///< V4L2_CID_POWER_LINE_FREQUENCY: off, 50 Hz or 60 Hz.
+  double row_readout_s = 0;          ///< 0: a global shutter, or not known.
+  std::optional<int> control_delay;  ///< Frames until a control acts; empty: measured where a bracket needs it.
+};
+
+/// Exposures may come from the URI or the configuration, not from both. invalid_argument names the parameter, its value
+/// and what it may be.
+[[nodiscard]] Result<Options> parse_options(const CameraUri& uri, const CameraConfig& config);
+
+}  // namespace lightwell::v4l2

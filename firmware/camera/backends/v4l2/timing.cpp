@@ -1,0 +1,37 @@
+#include "camera/backends/v4l2/timing.hpp"
+
+#include <cmath>
+
+#include <linux/videodev2.h>
+
+namespace lightwell::v4l2 {
+
+Stamp trusted_stamp(std::uint32_t flags, ProbeTime stamp, ProbeTime arrival, Duration oldest) {
+  const bool monotonic = (flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+  if (!monotonic || stamp > arrival || arrival - stamp > oldest) return {arrival, Stamp::Event::end_of_frame};
+  const bool start = (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  return {stamp, start ? Stamp::Event::start_of_exposure : Stamp::Event::end_of_frame};
+}
+
+ProbeTime mid_exposure(const Stamp& stamp, double exposure_s, const Rows& rows) {
+  const Duration half{std::llround(exposure_s * 1e9 / 2)};
+  const auto rows_long = [&rows](double n) { return Duration{std::llround(n * static_cast<double>(rows.readout.ns))}; };
+  if (stamp.event == Stamp::Event::start_of_exposure) return stamp.at + rows_long(rows.centre) + half;
+  return stamp.at - rows_long(rows.count - rows.centre) - half;
+}
+
+void SequenceCounter::restart(std::uint64_t lost) {
+  next_ += lost;
+  fresh_ = true;
+}
+
+std::uint64_t SequenceCounter::number(std::uint32_t driver) {
+  // Unsigned difference, read as signed: it goes over the end of 32 bits.
+  const auto step = static_cast<std::int32_t>(driver - driver_);
+  if (!fresh_ && step > 1) next_ += static_cast<std::uint64_t>(step - 1);
+  fresh_ = false;
+  driver_ = driver;
+  return next_++;
+}
+
+}  // namespace lightwell::v4l2

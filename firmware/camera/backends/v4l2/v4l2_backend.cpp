@@ -1,0 +1,404 @@
+#include "camera/backends/v4l2/v4l2_backend.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <poll.h>
+#include <thread>
+#include <unistd.h>
+#include <utility>
+
+#include <sys/eventfd.h>
+
+#include "camera/backends/v4l2/connection.hpp"
+#include "camera/backends/v4l2/control_delay.hpp"
+#include "camera/backends/v4l2/converter.hpp"
+#include "camera/backends/v4l2/exposure_schedule.hpp"
+#include "camera/backends/v4l2/loans.hpp"
+#include "camera/backends/v4l2/timing.hpp"
+#include "camera/backends/v4l2/unpack.hpp"
+
+namespace lightwell {
+namespace {
+
+using namespace v4l2;
+
+constexpr int kLook_ms = 250;  ///< For a device that is away, and whether one that is there has fallen silent.
+
+ProbeTime now() { return {monotonic_now_ns()}; }
+
+/// poll()'s answer.
+enum class Waited { ready, broken, nothing, stopped };
+
+class Backend final : public V4l2Camera {
+ public:
+  explicit Backend(Options options) : options_(std::move(options)), stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+  ~Backend() override { stop(); }
+
+  [[nodiscard]] Result<CameraInfo> open() override;
+  [[nodiscard]] Status start(FrameSink& sink) override;
+  void stop() override;
+  [[nodiscard]] State state() const override { return state_; }
+  [[nodiscard]] Counts counts() const override;
+  [[nodiscard]] std::optional<DmaBuffer> dma_buffer(const View& view) const override;
+
+ private:
+  [[nodiscard]] Status prepare(Connection& connection, std::vector<std::string>& notes);
+  [[nodiscard]] CameraInfo describe(std::vector<std::string> notes) const;
+  [[nodiscard]] Status connect_again();
+  void disconnect();
+  [[nodiscard]] int begin_stream();
+
+  void run(FrameSink& sink);
+  void lose();
+  void look_for_device();
+  [[nodiscard]] Waited wait();
+  [[nodiscard]] bool has_fallen_silent() const;
+  [[nodiscard]] bool take_frames(FrameSink& sink, bool broken);
+  [[nodiscard]] bool cycle_exposure(std::uint64_t newest);
+  [[nodiscard]] bool deliver(FrameSink& sink, const v4l2_buffer& buffer, std::uint64_t number);
+  [[nodiscard]] bool is_whole(const v4l2_buffer& buffer) const;
+  [[nodiscard]] std::optional<FrameInfo> describe_frame(const v4l2_buffer& buffer, std::uint64_t number);
+  [[nodiscard]] std::span<const std::byte> bytes_of(const v4l2_buffer& buffer) const;
+
+  const Options options_;
+  const FileDescriptor stop_;
+  std::atomic<State> state_{State::idle};
+  std::thread thread_;
+
+  // Settled by the first open(), and the same ever after.
+  const Encoding* encoding_ = nullptr;
+  Layout layout_;
+  double rate_ = 0;
+  bool lends_buffers_ = false;
+  std::string name_;
+  std::optional<ExposureSchedule> schedule_;
+  std::optional<Loans> loans_;
+  std::optional<Converter> converter_;
+
+  // Of the thread while it runs. No device: it is lost.
+  std::optional<Device> device_;
+  ExposureControl exposure_;
+  SequenceCounter sequence_;
+  ProbeTime last_arrival_, last_mid_;
+
+  struct {
+    std::atomic<std::uint64_t> delivered{0}, damaged{0}, late{0}, crowded{0}, unsettled{0}, untimely{0}, losses{0};
+  } counts_;
+};
+
+Result<CameraInfo> Backend::open() {
+  if (loans_) return Status(StatusCode::failed_precondition, "v4l2: is open already");
+  std::vector<std::string> notes;
+  Result<Connection> connection = connect(options_, notes);
+  if (!connection) return connection.status();
+  if (Status s = prepare(*connection, notes); !s.ok()) return s;
+  return describe(std::move(notes));
+}
+
+Status Backend::prepare(Connection& connection, std::vector<std::string>& notes) {
+  encoding_ = connection.encoding;
+  layout_ = connection.layout;
+  lends_buffers_ = connection.lends_buffers;
+  rate_ = connection.rate > 0 ? connection.rate : options_.wanted.rate;
+  name_ = connection.device.card().empty() ? "v4l2:" + options_.path : connection.device.card();
+  exposure_ = connection.exposure;
+  const int bracket = static_cast<int>(exposure_.seconds.size());
+  converter_.emplace(*encoding_, layout_);
+
+  int delay = options_.control_delay.value_or(1);
+  if (bracket > 1 && !options_.control_delay) {
+    std::vector<std::max_align_t> memory(layout_.picture_bytes / sizeof(std::max_align_t) + 1);
+    const std::span<std::byte> picture = std::as_writable_bytes(std::span(memory));
+    const auto level_of = [&](const v4l2_buffer& buffer) -> std::optional<double> {
+      const std::span<const std::byte> all = connection.buffers.all()[buffer.index].memory;
+      const std::span<const std::byte> driver = all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
+      if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) return std::nullopt;
+      if (lends_buffers_)
+        return driver.size() < layout_.bytes ? std::nullopt
+                                             : std::optional(mean_level(view_of(*encoding_, layout_, driver)));
+      return converter_->convert(driver, picture) ? std::optional(mean_level(view_of(*encoding_, layout_, picture)))
+                                                  : std::nullopt;
+    };
+    const Result<int> measured = measure_control_delay(
+        connection.device, static_cast<int>(connection.buffers.all().size()), exposure_, rate_, level_of);
+    if (!measured) return measured.status();
+    delay = *measured;
+    notes.push_back("a new exposure shows after " + std::to_string(delay) + " frames, as measured");
+  }
+  schedule_.emplace(bracket, delay);
+  loans_.emplace(frames_to_lend(bracket));
+  if (!lends_buffers_) loans_->allocate(layout_.picture_bytes);
+  device_.emplace(std::move(connection.device));
+  loans_->adopt(std::move(connection.buffers));
+  return {};
+}
+
+CameraInfo Backend::describe(std::vector<std::string> notes) const {
+  CameraInfo info;
+  info.name = name_;
+  info.width = layout_.view_width;
+  info.height = layout_.view_height;
+  info.format = encoding_->format;
+  info.frame_rate = rate_;
+  info.exposure_s = exposure_.seconds;
+  info.notes = std::move(notes);
+  return info;
+}
+
+Status Backend::connect_again() {
+  std::vector<std::string> said_before;
+  Result<Connection> connection = connect(options_, said_before);
+  if (!connection) return connection.status();
+  // Whoever works with the frames was told of these.
+  const bool as_before = connection->encoding == encoding_ && connection->layout == layout_ &&
+                         connection->lends_buffers == lends_buffers_ &&
+                         connection->exposure.seconds.size() == exposure_.seconds.size();
+  if (!as_before)
+    return {StatusCode::unavailable, "v4l2: '" + options_.path + "' is back, and gives other pictures than before"};
+  exposure_ = std::move(connection->exposure);
+  device_.emplace(std::move(connection->device));
+  loans_->adopt(std::move(connection->buffers));
+  return {};
+}
+
+void Backend::disconnect() {
+  loans_->retire();
+  device_.reset();
+}
+
+int Backend::begin_stream() {
+  if (exposure_.codes.size() > 1)
+    if (const int failed = device_->set_control(exposure_.control->id, exposure_.codes.front()); failed != 0)
+      return failed;
+  std::array<int, Loans::kMostBuffers> idle{};
+  const std::size_t count = loans_->take_idle(idle);
+  for (std::size_t i = 0; i < count; ++i)
+    if (const int failed = device_->queue(idle[i]); failed != 0) return failed;
+  if (const int failed = device_->stream_on(); failed != 0) return failed;
+  schedule_->restart();
+  return 0;
+}
+
+Status Backend::start(FrameSink& sink) {
+  if (!loans_) return {StatusCode::failed_precondition, "v4l2: open() comes before start()"};
+  if (thread_.joinable()) return {StatusCode::failed_precondition, "v4l2: stop() comes before the next start()"};
+  // A device that went away while nobody looked is found out here, and may be back.
+  const bool fresh = !device_;
+  if (fresh)
+    if (Status s = connect_again(); !s.ok()) return s;
+  int failed = begin_stream();
+  if (failed != 0 && !fresh) {
+    disconnect();
+    if (Status s = connect_again(); !s.ok()) return s;
+    failed = begin_stream();
+  }
+  if (failed != 0) {
+    const Status s = device_->error("does not start", failed);
+    disconnect();
+    return s;
+  }
+  sequence_.restart();
+  last_arrival_ = now();
+  state_ = State::streaming;
+  thread_ = std::thread([this, &sink] { run(sink); });
+  return {};
+}
+
+void Backend::stop() {
+  if (!thread_.joinable()) return;
+  (void)::eventfd_write(stop_.get(), 1);
+  thread_.join();
+  eventfd_t taken = 0;
+  (void)::eventfd_read(stop_.get(), &taken);
+  // The driver gives up all buffers, and those that are lent stay as they are. A device that is gone has none.
+  if (device_) (void)device_->stream_off();
+  state_ = State::idle;
+}
+
+V4l2Camera::Counts Backend::counts() const {
+  return {counts_.delivered, counts_.damaged,  counts_.late,  counts_.crowded,
+          counts_.unsettled, counts_.untimely, counts_.losses};
+}
+
+std::optional<V4l2Camera::DmaBuffer> Backend::dma_buffer(const View& view) const {
+  if (!loans_) return std::nullopt;
+  const std::optional<Loans::Export> found = loans_->dma_buffer(view.data.data());
+  return found ? std::optional(DmaBuffer{found->fd, found->offset}) : std::nullopt;
+}
+
+void Backend::run(FrameSink& sink) {
+  while (true) {
+    const Waited waited = wait();
+    if (waited == Waited::stopped) return;
+    if (!device_) {
+      look_for_device();
+    } else if (waited == Waited::nothing) {
+      if (has_fallen_silent()) lose();
+    } else if (!take_frames(sink, waited == Waited::broken)) {
+      lose();
+    }
+  }
+}
+
+Waited Backend::wait() {
+  std::array<pollfd, 2> watched = {pollfd{stop_.get(), POLLIN, 0},
+                                   pollfd{device_ ? device_->descriptor() : -1, POLLIN, 0}};
+  // Interrupted is as good as nothing: the caller comes back.
+  if (::poll(watched.data(), watched.size(), kLook_ms) <= 0) return Waited::nothing;
+  if (watched[0].revents != 0) return Waited::stopped;
+  return (watched[1].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0 ? Waited::broken : Waited::ready;
+}
+
+/// USB hosts and cameras are known to stop without a word.
+bool Backend::has_fallen_silent() const {
+  const double longest = *std::ranges::max_element(exposure_.seconds);
+  const Duration limit = Duration::from_seconds(2 + 10 * std::max(1 / rate_, longest));
+  return now() - last_arrival_ > limit;
+}
+
+void Backend::lose() {
+  disconnect();
+  ++counts_.losses;
+  state_ = State::lost;
+}
+
+void Backend::look_for_device() {
+  if (!connect_again().ok()) return;
+  if (begin_stream() != 0) return disconnect();
+  const double missed = (now() - last_arrival_).seconds() * rate_;
+  sequence_.restart(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(missed))));
+  last_arrival_ = now();
+  state_ = State::streaming;
+}
+
+/// False where the device is lost.
+bool Backend::take_frames(FrameSink& sink, bool broken) {
+  std::array<int, Loans::kMostBuffers> returned{};
+  const std::size_t count = loans_->take_returned(returned);
+  for (std::size_t i = 0; i < count; ++i)
+    if (device_->queue(returned[i]) != 0) return false;
+
+  // The newest counts: what waited behind a slow sink is not made up for in a burst.
+  v4l2_buffer newest{};
+  std::optional<std::uint64_t> number;
+  int failed = 0;
+  for (int taken = 0; taken < Loans::kMostBuffers; ++taken) {
+    v4l2_buffer next;
+    failed = device_->dequeue(next);
+    if (failed != 0) break;
+    if (number) {
+      ++counts_.late;
+      if (device_->queue(static_cast<int>(newest.index)) != 0) return false;
+    }
+    newest = next;
+    number = sequence_.number(next.sequence);
+  }
+  if (!number) return failed == EAGAIN && !broken;
+  last_arrival_ = now();
+  return cycle_exposure(*number) && deliver(sink, newest, *number);
+}
+
+bool Backend::cycle_exposure(std::uint64_t newest) {
+  const std::optional<ExposureSchedule::Write> write = schedule_->due(newest);
+  if (!write) return true;
+  const int failed =
+      device_->set_control(exposure_.control->id, exposure_.codes[static_cast<std::size_t>(write->index)]);
+  if (failed == ENODEV) return false;
+  pollfd next{device_->descriptor(), POLLIN, 0};
+  const bool in_time = failed == 0 && ::poll(&next, 1, 0) == 0;
+  schedule_->written(*write, in_time ? ExposureSchedule::Outcome::in_time : ExposureSchedule::Outcome::uncertain);
+  return true;
+}
+
+std::span<const std::byte> Backend::bytes_of(const v4l2_buffer& buffer) const {
+  const std::span<std::byte> all = loans_->buffers()[buffer.index].memory;
+  return all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
+}
+
+bool Backend::is_whole(const v4l2_buffer& buffer) const {
+  return (buffer.flags & V4L2_BUF_FLAG_ERROR) == 0 && buffer.bytesused > 0 && buffer.bytesused >= layout_.bytes;
+}
+
+/// False where the device is lost. What is not lent goes back to the driver at once.
+bool Backend::deliver(FrameSink& sink, const v4l2_buffer& buffer, std::uint64_t number) {
+  const auto give_back = [&] { return device_->queue(static_cast<int>(buffer.index)) == 0; };
+  if (!is_whole(buffer)) {
+    ++counts_.damaged;
+    return give_back();
+  }
+  const std::optional<FrameInfo> info = describe_frame(buffer, number);
+  if (!info) return give_back();
+  if (!loans_->may_lend()) {
+    ++counts_.crowded;
+    return give_back();
+  }
+  Frame frame;
+  if (lends_buffers_) {
+    frame = loans_->lend_buffer(static_cast<int>(buffer.index));
+    frame.add_view(view_of(*encoding_, layout_, bytes_of(buffer)));
+  } else {
+    const int picture = loans_->free_picture();
+    const std::span<std::byte> memory = loans_->picture(picture);
+    const bool whole = converter_->convert(bytes_of(buffer), memory);
+    if (!give_back()) return false;
+    if (!whole) {
+      ++counts_.damaged;
+      return true;
+    }
+    frame = loans_->lend_picture(picture);
+    frame.add_view(view_of(*encoding_, layout_, memory));
+  }
+  frame.info = *info;
+  frame.info.delivered = now();
+  last_mid_ = info->mid_exposure;
+  ++counts_.delivered;
+  sink.push(std::move(frame));
+  return true;
+}
+
+/// Nothing for a frame that would be told wrong.
+std::optional<FrameInfo> Backend::describe_frame(const v4l2_buffer& buffer, std::uint64_t number) {
+  const std::optional<int> index = schedule_->index_of(number);
+  if (!index) {
+    ++counts_.unsettled;
+    return std::nullopt;
+  }
+  FrameInfo info;
+  info.sequence = number;
+  info.bracket_index = *index;
+  info.bracket_size = static_cast<int>(exposure_.seconds.size());
+  info.exposure_s = exposure_.seconds[static_cast<std::size_t>(*index)];
+  info.row_readout = Duration::from_seconds(options_.row_readout_s);
+  const Rows rows{layout_.height, encoding_->skip_rows + (layout_.view_height - 1) / 2.0, info.row_readout};
+  const ProbeTime stamp{buffer.timestamp.tv_sec * 1'000'000'000LL + buffer.timestamp.tv_usec * 1'000LL};
+  const Duration oldest = Duration::from_seconds(1 + info.exposure_s + 5 / rate_);
+  info.mid_exposure = mid_exposure(trusted_stamp(buffer.flags, stamp, last_arrival_, oldest), info.exposure_s, rows);
+  // A start of exposure that is stamped so late that half of it would still be to come is no such start.
+  if (info.mid_exposure > last_arrival_)
+    info.mid_exposure = mid_exposure({last_arrival_, Stamp::Event::end_of_frame}, info.exposure_s, rows);
+  if (info.mid_exposure <= last_mid_) {
+    ++counts_.untimely;
+    return std::nullopt;
+  }
+  return info;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<V4l2Camera>> make_v4l2_camera(const CameraUri& uri, const CameraConfig& config) {
+  Result<Options> options = parse_options(uri, config);
+  if (!options) return options.status();
+  return std::unique_ptr<V4l2Camera>(std::make_unique<Backend>(std::move(*options)));
+}
+
+Result<std::unique_ptr<CameraBackend>> make_v4l2_backend(const CameraUri& uri, const CameraConfig& config) {
+  Result<std::unique_ptr<V4l2Camera>> camera = make_v4l2_camera(uri, config);
+  if (!camera) return camera.status();
+  return std::unique_ptr<CameraBackend>(std::move(*camera));
+}
+
+}  // namespace lightwell

@@ -1,0 +1,90 @@
+// Between the driver's frame and the sink nothing is taken from the heap. Counted on the camera's own thread: the
+// device behind it works in this process, too.
+#include <atomic>
+#include <cstddef>
+#include <iostream>
+
+#include <gtest/gtest.h>
+#include <linux/videodev2.h>
+
+#include "firmware/camera/v4l2_watcher.hpp"
+
+// glibc's own, under the names that it keeps for replacements.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* old, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+}
+
+namespace {
+
+// constinit and trivial: malloc is called before and after everything else.
+constinit thread_local std::size_t taken_by_this_thread = 0;
+
+}  // namespace
+
+extern "C" {
+
+void* malloc(std::size_t size) noexcept {
+  ++taken_by_this_thread;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) noexcept {
+  ++taken_by_this_thread;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) noexcept {
+  ++taken_by_this_thread;
+  return __libc_realloc(old, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  ++taken_by_this_thread;
+  return __libc_memalign(alignment, size);
+}
+
+}  // extern "C"
+
+namespace lightwell {
+namespace {
+
+using test::UmockCamera;
+using test::webcam;
+
+/// Takes nothing from the heap itself.
+class Counter final : public FrameSink {
+ public:
+  void push(Frame /*frame*/) override {
+    constexpr int kFirst = 10;
+    if (++frames == kFirst) at_first = taken_by_this_thread;
+    if (frames == kFirst + kFrames) taken = taken_by_this_thread - at_first;
+    if (frames >= kFirst + kFrames) done = true;
+  }
+  static constexpr int kFrames = 40;
+  int frames = 0;
+  std::size_t at_first = 0, taken = 0;
+  std::atomic<bool> done{false};
+};
+
+/// Of forty frames.
+std::size_t taken_for(std::uint32_t fourcc, const std::string& parameters) {
+  const UmockCamera plugged(webcam(fourcc));
+  const auto camera = test::make_camera(parameters);
+  EXPECT_TRUE((*camera)->open().ok());
+  Counter counter;
+  EXPECT_TRUE((*camera)->start(counter).ok());
+  EXPECT_TRUE(test::comes_true("all frames have come", [&] { return counter.done.load(); }));
+  (*camera)->stop();
+  return counter.taken;
+}
+
+TEST(V4l2Allocation, NoneAFrameWhereTheDriversMemoryIsLent) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_YUYV, ""), 0U); }
+
+TEST(V4l2Allocation, NoneAFrameOfABracket) {
+  EXPECT_EQ(taken_for(V4L2_PIX_FMT_NV12, "&exposure=1ms,8ms&control_delay=2"), 0U);
+}
+
+TEST(V4l2Allocation, NoneAFrameThatIsUnpacked) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_SBGGR12P, ""), 0U); }
+
+}  // namespace
+}  // namespace lightwell
