@@ -78,11 +78,19 @@ std::size_t taken_for(std::uint32_t fourcc, const std::string& parameters) {
   return counter.taken;
 }
 
+TEST(V4l2Allocation, TheCounterCounts) {
+  const std::size_t before = taken_by_this_thread;
+  const auto taken = std::make_unique<std::vector<int>>(100);
+  EXPECT_EQ(taken_by_this_thread - before, 2U) << taken->size();
+}
+
 TEST(V4l2Allocation, NoneAFrameWhereTheDriversMemoryIsLent) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_YUYV, ""), 0U); }
 
 TEST(V4l2Allocation, NoneAFrameOfABracket) {
   EXPECT_EQ(taken_for(V4L2_PIX_FMT_NV12, "&exposure=1ms,8ms&control_delay=2"), 0U);
 }
+
+TEST(V4l2Allocation, NoneAFrameThatIsDecoded) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_MJPEG, ""), 0U); }
 
 TEST(V4l2Allocation, NoneAFrameThatIsUnpacked) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_SBGGR12P, ""), 0U); }
 

@@ -88,10 +88,12 @@ class V4l2Device {
   /// When its exposure's middle was in truth, CLOCK_MONOTONIC; of the first row, and no row is later.
   [[nodiscard]] std::int64_t middle_ns_of(std::uint32_t sequence) const;
   [[nodiscard]] int control(std::uint32_t id) const;
-  /// What was asked of the device and is none of its business: number and how often.
+
   [[nodiscard]] bool streaming() const;
 
  private:
+  static constexpr std::size_t kPage = 65536;  ///< Of any machine.
+  static constexpr std::size_t kMemory = 64 * kPage * 32;
   struct Slot {
     bool queued = false, done = false;
     std::uint32_t bytes = 0, flags = 0, sequence = 0;

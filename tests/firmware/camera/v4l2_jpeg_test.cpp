@@ -1,6 +1,9 @@
 // Motion JPEG: whole pictures or none.
 #include <algorithm>
+#include <cstdio>
+#include <jpeglib.h>
 #include <random>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -30,6 +33,43 @@ TEST_F(Jpeg, IsDecodedWithAndWithoutItsTables) {
   ASSERT_LT(test::draw_jpeg(kWidth, kHeight, 200, 0, false).size() + 300,
             test::draw_jpeg(kWidth, kHeight, 200, 0, true).size())
       << "the tables are really left out";
+}
+
+/// By libjpeg as it comes, with memory of its own.
+std::vector<std::byte> reference(std::span<const std::byte> jpeg) {
+  jpeg_decompress_struct state{};
+  jpeg_error_mgr errors{};
+  state.err = jpeg_std_error(&errors);
+  jpeg_create_decompress(&state);
+  jpeg_mem_src(&state, reinterpret_cast<const unsigned char*>(jpeg.data()), static_cast<unsigned long>(jpeg.size()));
+  jpeg_read_header(&state, TRUE);
+  state.out_color_space = JCS_RGB;
+  jpeg_start_decompress(&state);
+  const std::size_t stride = 3 * static_cast<std::size_t>(state.output_width);
+  std::vector<std::byte> rgb(stride * state.output_height);
+  while (state.output_scanline < state.output_height) {
+    auto* row = reinterpret_cast<JSAMPROW>(rgb.data() + stride * state.output_scanline);
+    jpeg_read_scanlines(&state, &row, 1);
+  }
+  jpeg_destroy_decompress(&state);
+  return rgb;
+}
+
+TEST(JpegDecoder, PicturesOfAnyContentAndSizeAreLibjpegsToTheBit) {
+  std::mt19937 random(3);
+  // Also such as do not fill their blocks, in colours at half, quarter and full size.
+  for (const auto& [width, height] : {std::pair{64, 48}, {70, 50}, {2, 2}, {333, 17}}) {
+    JpegDecoder decoder(width, height);
+    std::vector<std::byte> rgb(static_cast<std::size_t>(3 * width * height));
+    for (int i = 0; i < 12; ++i) {
+      const std::vector<std::byte> jpeg =
+          test::draw_noise_jpeg(width, height, static_cast<unsigned>(random()), 1 + i % 2, 1 + i / 2 % 2);
+      ASSERT_TRUE(decoder.decode(jpeg, rgb)) << width << "x" << height << " picture " << i;
+      EXPECT_EQ(rgb, reference(jpeg)) << width << "x" << height << " picture " << i;
+      // A broken one in between leaves nothing behind.
+      EXPECT_FALSE(decoder.decode(std::span(jpeg).first(jpeg.size() * 2 / 3), rgb));
+    }
+  }
 }
 
 TEST_F(Jpeg, CutOffAnywhereItIsNoPicture) {

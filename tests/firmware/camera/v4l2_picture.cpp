@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <jpeglib.h>
+#include <random>
 
 #include <linux/videodev2.h>
 
@@ -131,7 +133,12 @@ std::size_t draw_picture(std::uint32_t fourcc, int width, int height, std::size_
   return bytes;
 }
 
-std::vector<std::byte> draw_jpeg(int width, int height, int value, std::uint32_t number, bool with_tables) {
+namespace {
+
+/// `draw` fills the row of that number; `set` may change what libjpeg does by default.
+std::vector<std::byte> compressed(int width, int height, bool with_tables,
+                                  const std::function<void(jpeg_compress_struct&)>& set,
+                                  const std::function<void(int, std::vector<JSAMPLE>&)>& draw) {
   jpeg_compress_struct state{};
   jpeg_error_mgr errors{};
   state.err = jpeg_std_error(&errors);
@@ -144,14 +151,11 @@ std::vector<std::byte> draw_jpeg(int width, int height, int value, std::uint32_t
   state.input_components = 3;
   state.in_color_space = JCS_RGB;
   jpeg_set_defaults(&state);
-  // Quantisation is the camera's own, and always said.
-  if (!with_tables) jpeg_suppress_tables(&state, TRUE);
-  for (int i = 0; !with_tables && i < 2; ++i) state.quant_tbl_ptrs[i]->sent_table = FALSE;
+  set(state);
   jpeg_start_compress(&state, with_tables ? TRUE : FALSE);
   std::vector<JSAMPLE> row(3 * static_cast<std::size_t>(width));
   for (int y = 0; y < height; ++y) {
-    std::ranges::fill(row, static_cast<JSAMPLE>(value));
-    if (y >= height - 8) std::fill(row.end() - 24, row.end(), static_cast<JSAMPLE>(number * 37));
+    draw(y, row);
     JSAMPROW pointer = row.data();
     jpeg_write_scanlines(&state, &pointer, 1);
   }
@@ -161,6 +165,36 @@ std::vector<std::byte> draw_jpeg(int width, int height, int value, std::uint32_t
   jpeg_destroy_compress(&state);
   std::free(memory);
   return jpeg;
+}
+
+}  // namespace
+
+std::vector<std::byte> draw_jpeg(int width, int height, int value, std::uint32_t number, bool with_tables) {
+  const auto set = [with_tables](jpeg_compress_struct& state) {
+    if (with_tables) return;
+    // Quantisation is the camera's own, and always said.
+    jpeg_suppress_tables(&state, TRUE);
+    for (int i = 0; i < 2; ++i) state.quant_tbl_ptrs[i]->sent_table = FALSE;
+  };
+  return compressed(width, height, with_tables, set, [&](int y, std::vector<JSAMPLE>& row) {
+    std::ranges::fill(row, static_cast<JSAMPLE>(value));
+    if (y >= height - 8) std::fill(row.end() - 24, row.end(), static_cast<JSAMPLE>(number * 37));
+  });
+}
+
+std::vector<std::byte> draw_noise_jpeg(int width, int height, unsigned seed, int columns, int rows) {
+  std::mt19937 random(seed);
+  const auto set = [columns, rows](jpeg_compress_struct& state) {
+    state.comp_info[0].h_samp_factor = columns;
+    state.comp_info[0].v_samp_factor = rows;
+  };
+  std::vector<int> before(3 * static_cast<std::size_t>(width), 128);
+  return compressed(width, height, true, set, [&](int, std::vector<JSAMPLE>& row) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      before[i] = std::clamp(before[i] + static_cast<int>(random() % 61) - 30, 0, 255);
+      row[i] = static_cast<JSAMPLE>(before[i]);
+    }
+  });
 }
 
 }  // namespace lightwell::test

@@ -22,4 +22,7 @@ std::size_t draw_picture(std::uint32_t fourcc, int width, int height, std::size_
 [[nodiscard]] std::vector<std::byte> draw_jpeg(int width, int height, int value, std::uint32_t number,
                                                bool with_tables);
 
+/// One of smooth noise, with its tables; chroma has one sample for so many columns and rows.
+[[nodiscard]] std::vector<std::byte> draw_noise_jpeg(int width, int height, unsigned seed, int columns, int rows);
+
 }  // namespace lightwell::test

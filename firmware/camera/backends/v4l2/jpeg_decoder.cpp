@@ -5,14 +5,17 @@
 #include <jerror.h>
 #include <jpeglib.h>
 
+#include "camera/backends/v4l2/jpeg_memory.hpp"
+
 namespace lightwell::v4l2 {
 
-/// libjpeg calls back with its own structure, which is therefore the first member of each.
 struct JpegDecoder::Library {
+  /// libjpeg calls back with its own structure, which is therefore the first member.
   struct Errors {
     jpeg_error_mgr manager{};
     std::jmp_buf give_up{};
   };
+  JpegMemory memory;
   jpeg_decompress_struct state{};
   Errors errors;
 
@@ -39,7 +42,9 @@ JpegDecoder::JpegDecoder(int width, int height)
   state.err->emit_message = &Library::on_message;
   state.err->output_message = &Library::say_nothing;
   // Fails for want of memory alone, and then decode() says so of every picture.
-  if (setjmp(library_->errors.give_up) == 0) jpeg_create_decompress(&state);
+  if (setjmp(library_->errors.give_up) != 0) return;
+  jpeg_create_decompress(&state);
+  library_->memory.install(state);
 }
 
 JpegDecoder::~JpegDecoder() { jpeg_destroy_decompress(&library_->state); }

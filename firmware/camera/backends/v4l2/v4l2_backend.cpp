@@ -92,6 +92,7 @@ class Backend final : public V4l2Camera {
 
 Result<CameraInfo> Backend::open() {
   if (loans_) return Status(StatusCode::failed_precondition, "v4l2: is open already");
+  if (stop_.get() < 0) return Status(StatusCode::resource_exhausted, "v4l2: no file descriptor is left");
   std::vector<std::string> notes;
   Result<Connection> connection = connect(options_, notes);
   if (!connection) return connection.status();
