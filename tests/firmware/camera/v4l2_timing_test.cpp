@@ -88,5 +88,32 @@ TEST(SequenceCounter, ADriverThatDoesNotCountIsCountedFor) {
   EXPECT_EQ(counter.number(3), 12U) << "nor is going back a loss";
 }
 
+TEST(Punctuality, AThirdOfAFrameBeyondTheLeastIsTooLate) {
+  Punctuality punctuality;
+  const Duration frame{30 * kMs};
+  EXPECT_TRUE(punctuality.in_time(0, {40 * kMs}, frame)) << "the first is all there is to go by";
+  EXPECT_TRUE(punctuality.in_time(0, {35 * kMs}, frame));
+  EXPECT_TRUE(punctuality.in_time(0, {45 * kMs}, frame));
+  EXPECT_FALSE(punctuality.in_time(0, {45 * kMs + 1}, frame));
+}
+
+TEST(Punctuality, EachPlaceOfTheCycleHasItsOwnLeast) {
+  Punctuality punctuality;
+  const Duration frame{30 * kMs};
+  EXPECT_TRUE(punctuality.in_time(0, {5 * kMs}, frame));
+  EXPECT_TRUE(punctuality.in_time(1, {25 * kMs}, frame)) << "a long exposure, stamped at its start";
+}
+
+TEST(Punctuality, ACameraWhoseLatencyHasGrownIsForgivenInTime) {
+  Punctuality punctuality;
+  const Duration frame{30 * kMs};
+  EXPECT_TRUE(punctuality.in_time(0, {5 * kMs}, frame));
+  int late = 0;
+  for (int i = 0; i < 300; ++i)
+    if (!punctuality.in_time(0, {20 * kMs}, frame)) ++late;
+  EXPECT_GE(late, 63);
+  EXPECT_LE(late, 128);
+}
+
 }  // namespace
 }  // namespace lightwell::v4l2

@@ -1,5 +1,6 @@
 #include "camera/backends/v4l2/timing.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <linux/videodev2.h>
@@ -32,6 +33,17 @@ std::uint64_t SequenceCounter::number(std::uint32_t driver) {
   fresh_ = false;
   driver_ = driver;
   return next_++;
+}
+
+bool Punctuality::in_time(int index, Duration latency, Duration interval) {
+  Least& least = least_[static_cast<std::size_t>(index)];
+  if (least.count++ == kBlock) {
+    least.before = least.now;
+    least.now = kNever;
+    least.count = 1;
+  }
+  least.now = std::min(least.now, latency);
+  return latency - std::min(least.before, least.now) <= Duration{interval.ns / 3};
 }
 
 }  // namespace lightwell::v4l2

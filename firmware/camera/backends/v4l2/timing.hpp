@@ -1,11 +1,15 @@
 // When a frame was exposed, and which number it has: from what a driver says of a buffer.
 //   Stamp, Rows, trusted_stamp(), mid_exposure()
 //   SequenceCounter
+//   Punctuality
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include <lightwell/time.hpp>
+
+#include "camera/frame.hpp"
 
 namespace lightwell::v4l2 {
 
@@ -48,6 +52,24 @@ class SequenceCounter {
   std::uint64_t next_ = 0;
   std::uint32_t driver_ = 0;
   bool fresh_ = true;
+};
+
+/// Whether a frame was answered about as soon as others were. A thread that was held up for half a frame sees no newer
+/// one waiting, and what it sets may come too late for the frame that it was meant for.
+class Punctuality {
+ public:
+  /// Of one frame: `latency` from its stamp to the answer. `index` is its place in the cycle, as stamps of the start
+  /// make long exposures look late. False for more than a third of `interval` beyond the least of the last 64 to 128.
+  [[nodiscard]] bool in_time(int index, Duration latency, Duration interval);
+
+ private:
+  static constexpr int kBlock = 64;
+  static constexpr Duration kNever{INT64_MAX};
+  struct Least {
+    Duration before = kNever, now = kNever;  ///< Of the block before and of this one.
+    int count = 0;
+  };
+  std::array<Least, kMaxBracket> least_{};
 };
 
 }  // namespace lightwell::v4l2

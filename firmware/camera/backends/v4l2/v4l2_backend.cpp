@@ -19,7 +19,6 @@
 #include "camera/backends/v4l2/exposure_schedule.hpp"
 #include "camera/backends/v4l2/loans.hpp"
 #include "camera/backends/v4l2/timing.hpp"
-#include "camera/backends/v4l2/unpack.hpp"
 
 namespace lightwell {
 namespace {
@@ -29,6 +28,10 @@ using namespace v4l2;
 constexpr int kLook_ms = 250;  ///< For a device that is away, and whether one that is there has fallen silent.
 
 ProbeTime now() { return {monotonic_now_ns()}; }
+
+ProbeTime stamp_of(const v4l2_buffer& buffer) {
+  return {buffer.timestamp.tv_sec * 1'000'000'000LL + buffer.timestamp.tv_usec * 1'000LL};
+}
 
 /// poll()'s answer.
 enum class Waited { ready, broken, nothing, stopped };
@@ -58,11 +61,16 @@ class Backend final : public V4l2Camera {
   [[nodiscard]] Waited wait();
   [[nodiscard]] bool has_fallen_silent() const;
   [[nodiscard]] bool take_frames(FrameSink& sink, bool broken);
-  [[nodiscard]] bool cycle_exposure(std::uint64_t newest);
+  [[nodiscard]] bool cycle_exposure(const v4l2_buffer& newest, std::uint64_t number);
+  [[nodiscard]] bool is_punctual(const v4l2_buffer& newest, std::uint64_t number);
   [[nodiscard]] bool deliver(FrameSink& sink, const v4l2_buffer& buffer, std::uint64_t number);
   [[nodiscard]] bool is_whole(const v4l2_buffer& buffer) const;
   [[nodiscard]] std::optional<FrameInfo> describe_frame(const v4l2_buffer& buffer, std::uint64_t number);
   [[nodiscard]] std::span<const std::byte> bytes_of(const v4l2_buffer& buffer) const;
+  /// No stamp of a frame that comes now is older.
+  [[nodiscard]] Duration oldest_stamp(int index) const {
+    return Duration::from_seconds(1 + exposure_.seconds[static_cast<std::size_t>(index)] + 5 / rate_);
+  }
 
   const Options options_;
   const FileDescriptor stop_;
@@ -83,6 +91,7 @@ class Backend final : public V4l2Camera {
   std::optional<Device> device_;
   ExposureControl exposure_;
   SequenceCounter sequence_;
+  Punctuality punctuality_;
   ProbeTime last_arrival_, last_mid_;
 
   struct {
@@ -112,20 +121,7 @@ Status Backend::prepare(Connection& connection, std::vector<std::string>& notes)
 
   int delay = options_.control_delay.value_or(1);
   if (bracket > 1 && !options_.control_delay) {
-    std::vector<std::max_align_t> memory(layout_.picture_bytes / sizeof(std::max_align_t) + 1);
-    const std::span<std::byte> picture = std::as_writable_bytes(std::span(memory));
-    const auto level_of = [&](const v4l2_buffer& buffer) -> std::optional<double> {
-      const std::span<const std::byte> all = connection.buffers.all()[buffer.index].memory;
-      const std::span<const std::byte> driver = all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
-      if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) return std::nullopt;
-      if (lends_buffers_)
-        return driver.size() < layout_.bytes ? std::nullopt
-                                             : std::optional(mean_level(view_of(*encoding_, layout_, driver)));
-      return converter_->convert(driver, picture) ? std::optional(mean_level(view_of(*encoding_, layout_, picture)))
-                                                  : std::nullopt;
-    };
-    const Result<int> measured = measure_control_delay(
-        connection.device, static_cast<int>(connection.buffers.all().size()), exposure_, rate_, level_of);
+    const Result<int> measured = measure_control_delay(connection, *converter_, rate_);
     if (!measured) return measured.status();
     delay = *measured;
     notes.push_back("a new exposure shows after " + std::to_string(delay) + " frames, as measured");
@@ -300,19 +296,28 @@ bool Backend::take_frames(FrameSink& sink, bool broken) {
   }
   if (!number) return failed == EAGAIN && !broken;
   last_arrival_ = now();
-  return cycle_exposure(*number) && deliver(sink, newest, *number);
+  return cycle_exposure(newest, *number) && deliver(sink, newest, *number);
 }
 
-bool Backend::cycle_exposure(std::uint64_t newest) {
-  const std::optional<ExposureSchedule::Write> write = schedule_->due(newest);
+/// False where the device is lost.
+bool Backend::cycle_exposure(const v4l2_buffer& newest, std::uint64_t number) {
+  const std::optional<ExposureSchedule::Write> write = schedule_->due(number);
   if (!write) return true;
   const int failed =
       device_->set_control(exposure_.control->id, exposure_.codes[static_cast<std::size_t>(write->index)]);
   if (failed == ENODEV) return false;
   pollfd next{device_->descriptor(), POLLIN, 0};
-  const bool in_time = failed == 0 && ::poll(&next, 1, 0) == 0;
+  const bool in_time = failed == 0 && is_punctual(newest, number) && ::poll(&next, 1, 0) == 0;
   schedule_->written(*write, in_time ? ExposureSchedule::Outcome::in_time : ExposureSchedule::Outcome::uncertain);
   return true;
+}
+
+bool Backend::is_punctual(const v4l2_buffer& newest, std::uint64_t number) {
+  // A frame without a place may have any exposure, and its stamp says nothing then.
+  const std::optional<int> index = schedule_->index_of(number);
+  if (!index) return true;
+  const Stamp stamp = trusted_stamp(newest.flags, stamp_of(newest), last_arrival_, oldest_stamp(*index));
+  return punctuality_.in_time(*index, now() - stamp.at, Duration::from_seconds(1 / rate_));
 }
 
 std::span<const std::byte> Backend::bytes_of(const v4l2_buffer& buffer) const {
@@ -375,9 +380,8 @@ std::optional<FrameInfo> Backend::describe_frame(const v4l2_buffer& buffer, std:
   info.exposure_s = exposure_.seconds[static_cast<std::size_t>(*index)];
   info.row_readout = Duration::from_seconds(options_.row_readout_s);
   const Rows rows{layout_.height, encoding_->skip_rows + (layout_.view_height - 1) / 2.0, info.row_readout};
-  const ProbeTime stamp{buffer.timestamp.tv_sec * 1'000'000'000LL + buffer.timestamp.tv_usec * 1'000LL};
-  const Duration oldest = Duration::from_seconds(1 + info.exposure_s + 5 / rate_);
-  info.mid_exposure = mid_exposure(trusted_stamp(buffer.flags, stamp, last_arrival_, oldest), info.exposure_s, rows);
+  const Stamp stamp = trusted_stamp(buffer.flags, stamp_of(buffer), last_arrival_, oldest_stamp(*index));
+  info.mid_exposure = mid_exposure(stamp, info.exposure_s, rows);
   // A start of exposure that is stamped so late that half of it would still be to come is no such start.
   if (info.mid_exposure > last_arrival_)
     info.mid_exposure = mid_exposure({last_arrival_, Stamp::Event::end_of_frame}, info.exposure_s, rows);
