@@ -238,18 +238,20 @@ TEST(V4l2Frames, DamagedOnesAreCountedAndNeverShown) {
       OpenCamera open("&exposure=5ms");
       ASSERT_TRUE(open.start());
       ASSERT_TRUE(open.watch.more_come(2));
-      plugged.device().damage(3, marked);
-      ASSERT_TRUE(test::comes_true("three are damaged", [&] { return open.camera->counts().damaged >= 3; }));
-      ASSERT_TRUE(open.watch.more_come(2));
+      plugged.device().damage(5, marked);
+      // A busy machine may drop some of the five as late.
+      ASSERT_TRUE(test::comes_true("one is damaged", [&] { return open.camera->counts().damaged >= 1; }));
+      ASSERT_TRUE(open.watch.more_come(4));
       open.camera->stop();
-      EXPECT_EQ(open.camera->counts().damaged, 3U);
+      const std::uint64_t damaged = open.camera->counts().damaged;
+      EXPECT_LE(damaged, 5U);
       std::uint64_t missing = 0;
       const auto seen = open.watch.seen();
       for (std::size_t i = 1; i < seen.size(); ++i) {
         missing += seen[i].info.sequence - seen[i - 1].info.sequence - 1;
         EXPECT_NEAR(seen[i].level, seen[0].level, 0.03) << "half a picture";
       }
-      EXPECT_GE(missing, 3U);
+      EXPECT_GE(missing, damaged);
     }
   }
 }
@@ -320,12 +322,15 @@ TEST(V4l2Bracket, ASlowSinkCostsFramesAndNoFrameIsToldWrong) {
   OpenCamera open("&exposure=1ms,8ms&control_delay=2");
   open.watch.on_frame = [n = 0](const Frame&) mutable {
     // Longer than a frame and shorter, in a pattern that meets all places of the cycle.
-    if (++n % 3 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(7 * (n % 8)));
+    if (++n % 2 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(9 * (n % 9)));
   };
   ASSERT_TRUE(open.start());
-  ASSERT_TRUE(open.watch.more_come(60));
+  // More than there are buffers.
+  EXPECT_TRUE(test::comes_true("thirty were late", [&] { return open.camera->counts().late >= 30; }));
+  ASSERT_TRUE(open.watch.more_come(20));
   open.camera->stop();
   EXPECT_GT(open.camera->counts().unsettled, 0U);
+  EXPECT_EQ(open.camera->counts().losses, 0U) << "a buffer that is not given back would make the device fall silent";
   for (const auto& seen : open.watch.seen())
     EXPECT_NEAR(exposure_seen(seen), seen.info.exposure_s, 0.0003) << "frame " << seen.info.sequence;
 }
