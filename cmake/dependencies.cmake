@@ -48,6 +48,9 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   # alone, Highway calls it without asking the processor for AES, which a Raspberry Pi 4 lacks.
   target_compile_definitions(PkgConfig::LIBHWY INTERFACE
     "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
+  # Each in its camera backend, which is left out, and says so in the summary, where the library is absent.
+  pkg_check_modules(LIBCAMERA QUIET IMPORTED_TARGET libcamera)
+  find_package(depthai 3 CONFIG QUIET)
   pkg_check_modules(LIBSYSTEMD QUIET IMPORTED_TARGET libsystemd)
   if(NOT LIBSYSTEMD_FOUND)
     lightwell_missing(libsystemd libsystemd-dev)

@@ -11,6 +11,12 @@
 #include "camera/backends/replay/replay_backend.hpp"
 #include "camera/backends/sim/sim_backend.hpp"
 #include "camera/backends/v4l2/v4l2_backend.hpp"
+#ifdef LIGHTWELL_HAVE_DEPTHAI
+#include "camera/backends/depthai/depthai_backend.hpp"
+#endif
+#ifdef LIGHTWELL_HAVE_LIBCAMERA
+#include "camera/backends/libcamera/libcamera_backend.hpp"
+#endif
 
 namespace lightwell {
 namespace {
@@ -43,6 +49,13 @@ std::span<const BackendEntry> backend_table() {
                    &make_replay_backend},
       BackendEntry{"v4l2", "v4l2:/dev/video0?width=1280&height=960  a camera that the kernel drives, as on USB",
                    &make_v4l2_backend},
+#ifdef LIGHTWELL_HAVE_LIBCAMERA
+      BackendEntry{"libcamera", "libcamera:ID[,ID]?format=nv12  one or two cameras as `cam --list` names them",
+                   &make_libcamera_backend},
+#endif
+#ifdef LIGHTWELL_HAVE_DEPTHAI
+      BackendEntry{"depthai", "depthai:MXID?socket=A&format=nv12  a Luxonis OAK camera", &make_depthai_backend},
+#endif
   };
   return kTable;
 }

@@ -1,0 +1,111 @@
+#include "camera/backends/libcamera/camera_system.hpp"
+
+#include <charconv>
+#include <condition_variable>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+namespace lightwell::libcam {
+namespace {
+
+/// A camera's place in the manager's list, from 1 as `cam --list` counts; 0: the name is no number.
+std::size_t number_in(const std::string& name) {
+  std::size_t number = 0;
+  const char* const end = name.data() + name.size();
+  const auto [stop, error] = std::from_chars(name.data(), end, number);
+  return error == std::errc() && stop == end ? number : 0;
+}
+
+/// A second manager must not begin before the first has ended, which may be on another thread.
+struct Life {
+  std::mutex mutex;
+  std::condition_variable gone;
+  bool alive = false;
+  std::weak_ptr<CameraSystem> running;
+};
+Life& life_of_manager() {
+  // Never destroyed: a backend may outlive static objects.
+  static Life& life = *new Life;
+  return life;
+}
+
+/// Libraries do not log: what matters is said by a status. Who sets LIBCAMERA_LOG_LEVELS wants to hear all the same.
+void be_quiet() {
+  if (std::getenv("LIBCAMERA_LOG_LEVELS") != nullptr) return;
+  for (const char* category : {"Camera", "IPAManager"}) ::libcamera::logSetLevel(category, "ERROR");
+}
+
+}  // namespace
+
+Result<std::shared_ptr<CameraSystem>> CameraSystem::get() {
+  Life& life = life_of_manager();
+  std::unique_lock lock(life.mutex);
+  while (true) {
+    if (std::shared_ptr<CameraSystem> system = life.running.lock()) return system;
+    if (!life.alive) break;
+    life.gone.wait(lock);
+  }
+  be_quiet();
+  std::unique_ptr<CameraSystem> system(new CameraSystem);
+  const auto on_change = [s = system.get()](const std::shared_ptr<::libcamera::Camera>&) { s->tell(); };
+  // Connected for the manager's whole life: libcamera's signals must not be disconnected while they may be emitted.
+  // A removed camera has just emitted `disconnected`; this comes right after it, for all cameras in one place.
+  system->manager_.cameraAdded.connect(system.get(), on_change);
+  system->manager_.cameraRemoved.connect(system.get(), on_change);
+  if (const int error = system->manager_.start(); error != 0)
+    return Status(StatusCode::unavailable, "libcamera " + release() + " does not start: " + std::strerror(-error) +
+                                               "; are /sys and /dev there, and udev?");
+  life.alive = true;
+  const auto end = [](CameraSystem* last) {
+    delete last;
+    Life& l = life_of_manager();
+    const std::lock_guard ended(l.mutex);
+    l.alive = false;
+    l.gone.notify_all();
+  };
+  std::shared_ptr<CameraSystem> shared(system.release(), end);
+  life.running = shared;
+  return shared;
+}
+
+CameraSystem::~CameraSystem() { manager_.stop(); }
+
+Result<std::shared_ptr<::libcamera::Camera>> CameraSystem::find(const std::string& name) const {
+  const std::vector<std::shared_ptr<::libcamera::Camera>> all = manager_.cameras();
+  for (const auto& camera : all)
+    if (camera->id() == name) return camera;
+  if (const std::size_t number = number_in(name); number >= 1 && number <= all.size()) return all[number - 1];
+  std::string list;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    list += (i == 0 ? "" : "; ") + std::to_string(i + 1) + ": '" + all[i]->id() + "' (" + model_of(*all[i]) + ")";
+  return Status(StatusCode::not_found,
+                "libcamera: no camera '" + name + "'; libcamera " + release() + " found " +
+                    (all.empty() ? "none: is one connected, and may this user open /dev/media* and /dev/video* "
+                                   "(group video)?"
+                                 : list));
+}
+
+std::shared_ptr<::libcamera::Camera> CameraSystem::present(const std::string& id) const {
+  for (const auto& camera : manager_.cameras())
+    if (camera->id() == id) return camera;
+  return nullptr;
+}
+
+int CameraSystem::watch(std::function<void()> changed) {
+  const std::lock_guard lock(mutex_);
+  watchers_.emplace(next_watcher_, std::move(changed));
+  return next_watcher_++;
+}
+
+void CameraSystem::unwatch(int watcher) {
+  const std::lock_guard lock(mutex_);
+  watchers_.erase(watcher);
+}
+
+void CameraSystem::tell() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [number, changed] : watchers_) changed();
+}
+
+}  // namespace lightwell::libcam

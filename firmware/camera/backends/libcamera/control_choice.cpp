@@ -1,0 +1,143 @@
+#include "camera/backends/libcamera/control_choice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace lightwell::libcam {
+namespace {
+
+std::string text_of(double v) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", v);
+  return text.data();
+}
+
+bool usable(const std::optional<OfferedRange>& range) {
+  return range && std::isfinite(range->min) && std::isfinite(range->max) && range->min <= range->max && range->max > 0;
+}
+
+/// The greatest of the steps that drivers have which divides all that the camera names.
+double exposure_step_us(const OfferedRange& range) {
+  constexpr double kUsbStep = 100;
+  const auto whole = [](double v) { return std::fmod(v, kUsbStep) == 0; };
+  return whole(range.min) && whole(range.max) && (!range.preset || whole(*range.preset)) ? kUsbStep : 1;
+}
+
+/// At least one step inside the range.
+double rounded_exposure_us(double us, const OfferedRange& range) {
+  const double step = exposure_step_us(range);
+  const double low = std::ceil(std::max(range.min, step) / step) * step;
+  const double high = std::max(low, std::floor(std::min(range.max, 2e9) / step) * step);
+  return std::clamp(std::round(us / step) * step, low, high);
+}
+
+double interval_us(const LibcameraOptions& asked) { return asked.frame_rate > 0 ? 1e6 / asked.frame_rate : 1e6 / 30; }
+
+/// Where nobody names an exposure: the camera's own where it lies within a frame, half of a frame otherwise.
+double default_exposure_us(const OfferedControls& offered, const LibcameraOptions& asked) {
+  const double half_us = interval_us(asked) / 2;
+  if (usable(offered.exposure_us) && offered.exposure_us->preset && *offered.exposure_us->preset > 0)
+    return std::min(*offered.exposure_us->preset, 2 * half_us);
+  return std::min(10'000.0, half_us);
+}
+
+void choose_exposures(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
+  std::vector<double> wanted_us;
+  for (const double s : asked.exposure_s) wanted_us.push_back(1e6 * s);
+  if (wanted_us.empty()) {
+    wanted_us.push_back(default_exposure_us(offered, asked));
+    chosen.notes.push_back("no camera.exposure_s is set: an exposure of " + text_of(wanted_us[0] / 1000) +
+                           " ms is held");
+  }
+  chosen.set_exposure = usable(offered.exposure_us);
+  if (!chosen.set_exposure)
+    chosen.notes.push_back("the camera offers no ExposureTime: its exposure is its own, and " +
+                           text_of(wanted_us[0] / 1000) + " ms is assumed where it does not say");
+  for (const double us : wanted_us) {
+    const double taken =
+        chosen.set_exposure ? rounded_exposure_us(us, *offered.exposure_us) : std::clamp(std::round(us), 1.0, 2e9);
+    if (std::abs(taken - us) > 0.001 * us && chosen.set_exposure)
+      chosen.notes.push_back("exposure " + text_of(us / 1000) + " ms becomes " + text_of(taken / 1000) +
+                             " ms: the camera offers " + text_of(offered.exposure_us->min / 1000) + " to " +
+                             text_of(offered.exposure_us->max / 1000) + " ms in steps of " +
+                             text_of(exposure_step_us(*offered.exposure_us) / 1000) + " ms");
+    chosen.exposure_us.push_back(static_cast<std::int32_t>(taken));
+  }
+  chosen.exposure_by_hand = offered.exposure_by_hand;
+  if (!offered.exposure_by_hand)
+    chosen.notes.emplace_back("the camera offers no AeEnable: if it sets its exposure of itself, it goes on to");
+}
+
+void choose_gain(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
+  if (!usable(offered.gain)) {
+    chosen.notes.push_back("the camera offers no AnalogueGain: a gain of 1 is assumed" +
+                           (asked.gain == 1 ? std::string() : ", not " + text_of(asked.gain)));
+    return;
+  }
+  const double gain = std::clamp(asked.gain, offered.gain->min, offered.gain->max);
+  chosen.gain = static_cast<float>(gain);
+  if (std::abs(gain - asked.gain) > 0.001 * asked.gain)
+    chosen.notes.push_back("gain " + text_of(asked.gain) + " becomes " + text_of(gain) + ": the camera offers " +
+                           text_of(offered.gain->min) + " to " + text_of(offered.gain->max));
+}
+
+void choose_white(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
+  chosen.white_by_hand = offered.white_by_hand;
+  if (!offered.white_by_hand) chosen.notes.emplace_back("the camera offers no AwbEnable: its white balance is its own");
+  if (!usable(offered.colour_gain)) {
+    if (offered.white_by_hand) chosen.notes.emplace_back("the camera offers no ColourGains: they stay as they are");
+    return;
+  }
+  std::array<float, 2> gains{};
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    const double gain = std::clamp(asked.colour_gains[i], offered.colour_gain->min, offered.colour_gain->max);
+    if (gain != asked.colour_gains[i])
+      chosen.notes.push_back(std::string(i == 0 ? "red" : "blue") + " gain " + text_of(asked.colour_gains[i]) +
+                             " becomes " + text_of(gain));
+    gains[i] = static_cast<float>(gain);
+  }
+  chosen.colour_gains = gains;
+}
+
+void choose_duration(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
+  if (asked.frame_rate == 0) return;
+  if (!usable(offered.duration_us)) {
+    chosen.notes.emplace_back("the camera offers no FrameDurationLimits: its frame rate is its own");
+    return;
+  }
+  // A frame lasts as long as its exposure, and the sensor needs some rows between two.
+  const auto longest = static_cast<double>(*std::max_element(chosen.exposure_us.begin(), chosen.exposure_us.end()));
+  const double wanted = interval_us(asked), needed = std::max(wanted, 1.01 * longest);
+  const double taken = std::clamp(needed, offered.duration_us->min, offered.duration_us->max);
+  chosen.duration_us = static_cast<std::int64_t>(std::llround(taken));
+  if (std::abs(taken - wanted) > 0.005 * wanted)
+    chosen.notes.push_back("frame rate " + text_of(asked.frame_rate) + " becomes " + text_of(1e6 / taken) +
+                           (needed > wanted ? ": an exposure lasts " + text_of(longest / 1000) + " ms"
+                                            : ": the camera offers " + text_of(1e6 / offered.duration_us->max) +
+                                                  " to " + text_of(1e6 / std::max(offered.duration_us->min, 1.0))));
+}
+
+}  // namespace
+
+std::vector<double> ChosenControls::exposure_s() const {
+  std::vector<double> s;
+  for (const std::int32_t us : exposure_us) s.push_back(1e-6 * us);
+  return s;
+}
+
+Result<ChosenControls> choose_controls(const OfferedControls& offered, const LibcameraOptions& asked) {
+  if (asked.exposure_s.size() > 1 && !usable(offered.exposure_us))
+    return Status(StatusCode::failed_precondition,
+                  "the camera offers no ExposureTime, so that a bracket cannot be taken: leave one camera.exposure_s");
+  ChosenControls chosen;
+  choose_exposures(offered, asked, chosen);
+  choose_gain(offered, asked, chosen);
+  choose_white(offered, asked, chosen);
+  choose_duration(offered, asked, chosen);
+  chosen.focus_by_hand = offered.focus_by_hand;
+  return chosen;
+}
+
+}  // namespace lightwell::libcam

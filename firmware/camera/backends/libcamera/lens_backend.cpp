@@ -1,0 +1,345 @@
+#include "camera/backends/libcamera/lens_backend.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "camera/backends/libcamera/rehearsal.hpp"
+
+namespace lightwell::libcam {
+namespace {
+
+/// A camera that fails is given time to say that it is gone; asked at once, it would fail without end.
+constexpr auto kPause = std::chrono::milliseconds(200);
+/// What the kernel still hands back of a camera that was pulled out has come by then.
+constexpr auto kDust = std::chrono::milliseconds(100);
+/// How often an absent camera is tried again; news of it come at once besides.
+constexpr auto kRetry = std::chrono::milliseconds(250);
+/// A camera that is there and silent for so long is started anew.
+constexpr auto kSilence = std::chrono::seconds(3);
+/// Frames until a new exposure comes back, with a camera that says so: the requests before it, and the sensor's delay.
+constexpr int kFramesToReport = 7;
+
+ProbeTime now() { return {monotonic_now_ns()}; }
+
+bool alike(double a, double b) { return std::abs(a - b) <= kExposureTolerance * std::max(a, b); }
+
+}  // namespace
+
+Result<CameraInfo> LensBackend::open() {
+  if (open_) return Status(StatusCode::failed_precondition, "libcamera: the camera is open already");
+  Status s = acquire_all();
+  if (s.ok()) s = learn();
+  if (!s.ok()) {
+    for (const auto& lens : lenses_) lens->release();
+    return Status(s.code(), s.message().starts_with("libcamera") ? s.message() : "libcamera: " + s.message());
+  }
+  open_ = true;
+  return info_;
+}
+
+Status LensBackend::acquire_all() {
+  const int lendable = frames_to_lend(static_cast<int>(std::max<std::size_t>(1, options_.exposure_s.size())));
+  std::size_t buffers = 0;
+  for (std::size_t l = 0; l < count(); ++l) {
+    if (Status s = lenses_[l]->acquire(options_, lendable); !s.ok()) return s;
+    buffers += static_cast<std::size_t>(lenses_[l]->buffers());
+    if (l == 0) continue;
+    if (lenses_[l]->id() == lenses_[0]->id())
+      return {StatusCode::invalid_argument, "camera '" + lenses_[l]->id() + "' cannot be both lenses"};
+    const PictureLayout &layout = lenses_[l]->layout(), &first = lenses_[0]->layout();
+    if (layout.format != first.format || layout.width != first.width || layout.height != first.height)
+      return {StatusCode::failed_precondition,
+              "the two cameras give different pictures: name a format= and a size that both have"};
+  }
+  mailbox_->prepare(post_, 2 * buffers, static_cast<std::size_t>(lendable));
+  loans_.resize(static_cast<std::size_t>(lendable));
+  free_loans_.clear();
+  free_loans_.reserve(loans_.size());
+  for (int i = 0; i < lendable; ++i) free_loans_.push_back(i);
+  return {};
+}
+
+Status LensBackend::learn() {
+  std::vector<Rehearsal> rehearsals;
+  for (const auto& lens : lenses_) {
+    Result<Rehearsal> r = rehearse(*lens, *mailbox_, post_, options_.frame_rate);
+    if (!r) return r.status();
+    rehearsals.push_back(std::move(*r));
+  }
+  const Rehearsal& first = rehearsals[0];
+  says_exposure_ = first.says_exposure;
+  gain_ = first.gain;
+  interval_ = first.interval;
+  const std::vector<double> asked = lenses_[0]->controls().exposure_s();
+  strict_ = std::equal(asked.begin(), asked.end(), first.exposure_s.begin(), alike);
+  for (const Rehearsal& other : rehearsals) {
+    if (!std::equal(first.exposure_s.begin(), first.exposure_s.end(), other.exposure_s.begin(), other.exposure_s.end(),
+                    alike))
+      return {StatusCode::failed_precondition,
+              "the two cameras make different exposures of those asked for: name "
+              "camera.exposure_s that both can do"};
+    says_exposure_ = says_exposure_ && other.says_exposure;
+  }
+  info_ = describe();
+  info_.exposure_s = first.exposure_s;
+  const auto note = [&](std::size_t number, const std::vector<std::string>& notes) {
+    for (const std::string& n : notes) {
+      const std::string line = count() > 1 ? "lens " + std::to_string(number) + ": " + n : n;
+      info_.notes.push_back(line);
+    }
+  };
+  for (std::size_t l = 0; l < count(); ++l) {
+    note(l, lenses_[l]->notes());
+    note(l, rehearsals[l].notes);
+  }
+  info_.frame_rate = 1 / interval_.seconds();
+  // How long an exposure is held: until frames began that much later, or until the requests before it are through.
+  if (holds()) info_.frame_rate /= says_exposure_ ? kFramesToReport : options_.settle_frames + 2;
+  cycle_.emplace(info_.exposure_s);
+  held_.emplace(static_cast<int>(bracket()), Duration{interval_.ns * options_.settle_frames});
+  pairs_.emplace(interval_);
+  return {};
+}
+
+CameraInfo LensBackend::describe() const {
+  CameraInfo info;
+  info.name = "libcamera:";
+  for (std::size_t l = 0; l < count(); ++l) info.name += (l == 0 ? "" : ",") + lenses_[l]->model();
+  const PictureLayout& layout = lenses_[0]->layout();
+  info.width = layout.width;
+  info.height = layout.height;
+  info.format = layout.format;
+  info.lenses = static_cast<int>(count());
+  if (options_.row_readout.ns == 0)
+    info.notes.emplace_back("rows are taken to be exposed at once; where the shutter rolls, say readout=");
+  return info;
+}
+
+Status LensBackend::start(FrameSink& sink) {
+  if (!open_) return {StatusCode::failed_precondition, "libcamera: open the camera before starting it"};
+  if (thread_.joinable()) return {StatusCode::failed_precondition, "libcamera: stop() comes before the next start()"};
+  mailbox_->restart();
+  for (const auto& lens : lenses_) {
+    if (lens->present()) continue;
+    if (Status s = lens->acquire(options_, static_cast<int>(loans_.size())); !s.ok()) return s;
+  }
+  if (Status s = begin(); !s.ok()) return s;
+  thread_ = std::thread([this, &sink] { run(sink); });
+  return {};
+}
+
+Status LensBackend::begin() {
+  for (std::size_t l = 0; l < count(); ++l) {
+    if (Status s = lenses_[l]->start(); !s.ok()) {
+      for (const auto& lens : lenses_) lens->stop();
+      return s;
+    }
+    candidates_[l].assign(static_cast<std::size_t>(lenses_[l]->buffers()), {});
+  }
+  cycle_->restart();
+  held_->restart();
+  pairs_->restart();
+  told_ = {};
+  gone_ = {};
+  failures_ = {};
+  quiet_since_.fill(Clock::now());
+  next_exposure_ = 0;
+  pause_until_ = {};
+  running_ = true;
+  state_ = State::streaming;
+  return {};
+}
+
+void LensBackend::stop() {
+  if (!thread_.joinable()) return;
+  mailbox_->stop();
+  thread_.join();
+  for (std::size_t l = 0; l < count(); ++l) {
+    lenses_[l]->stop();
+    for (std::size_t b = 0; b < candidates_[l].size(); ++b)
+      if (candidates_[l][b].waits && lenses_[l]->acquired()) lenses_[l]->make_idle(static_cast<int>(b));
+  }
+  running_ = false;
+  state_ = State::idle;
+}
+
+void LensBackend::run(FrameSink& sink) {
+  refill();
+  while (true) {
+    mailbox_->take(post_, Clock::now() + (running_ && Clock::now() >= pause_until_ ? kRetry : kRetry / 10));
+    if (post_.stop) return;
+    const Clock::time_point woken = Clock::now();
+    for (const int slot : post_.returned) take_back(slot);
+    for (const Completion& c : post_.completions) quiet_since_[static_cast<std::size_t>(c.lens)] = woken;
+    const auto patience = kSilence + std::chrono::nanoseconds(30 * interval_.ns);
+    for (std::size_t l = 0; running_ && l < count(); ++l)
+      if (woken - quiet_since_[l] > patience) lose(l);
+    if (post_.cameras_changed || !running_) look_after_cameras();
+    for (const Completion& c : post_.completions)
+      if (running_) handle(c, sink);
+    refill();
+  }
+}
+
+void LensBackend::take_back(int slot) {
+  Loan& loan = loans_[static_cast<std::size_t>(slot)];
+  for (std::size_t l = 0; l < count(); ++l) {
+    if (lenses_[l]->acquired() && loan.session[l] == lenses_[l]->session())
+      lenses_[l]->make_idle(loan.buffer[l]);
+    else
+      loan.memory[l]->end_reading(loan.buffer[l]);
+    loan.memory[l].reset();
+  }
+  free_loans_.push_back(slot);
+}
+
+void LensBackend::lose(std::size_t lens) {
+  state_ = State::lost;
+  running_ = false;
+  gone_[lens] = true;
+  retry_at_ = Clock::now() + kDust;
+  for (std::size_t l = 0; l < count(); ++l) {
+    lenses_[l]->stop();
+    for (std::size_t b = 0; b < candidates_[l].size(); ++b) {
+      if (candidates_[l][b].waits) lenses_[l]->make_idle(static_cast<int>(b));
+      candidates_[l][b].waits = false;
+    }
+  }
+}
+
+void LensBackend::look_after_cameras() {
+  for (std::size_t l = 0; l < count(); ++l)
+    if (lenses_[l]->acquired() && !gone_[l] && !lenses_[l]->present()) lose(l);
+  if (running_ || Clock::now() < retry_at_) return;
+  retry_at_ = Clock::now() + kRetry;
+  for (std::size_t l = 0; l < count(); ++l) {
+    if (gone_[l]) lenses_[l]->release();
+    gone_[l] = false;
+  }
+  // Tried again where it does not work: a camera that has just come may not be ready.
+  for (const auto& lens : lenses_)
+    if (!lens->acquired() && !lens->acquire(options_, static_cast<int>(loans_.size())).ok()) return;
+  if (!begin().ok()) gone_.fill(true);
+}
+
+void LensBackend::refill() {
+  if (!running_ || Clock::now() < pause_until_) return;
+  for (std::size_t l = 0; l < count(); ++l) {
+    Lens& lens = *lenses_[l];
+    const std::vector<std::int32_t>& asked_us = lens.controls().exposure_us;
+    while (!lens.full()) {
+      const std::size_t turn = holds() ? static_cast<std::size_t>(held_->index()) : next_exposure_;
+      if (!lens.queue(asked_us[turn])) {
+        pause_until_ = Clock::now() + kPause;
+        break;
+      }
+      if (!holds()) next_exposure_ = (next_exposure_ + 1) % bracket();
+      if (!told_[l]) held_->told(now());
+      told_[l] = true;
+    }
+  }
+}
+
+void LensBackend::handle(const Completion& completion, FrameSink& sink) {
+  const auto l = static_cast<std::size_t>(completion.lens);
+  Lens& lens = *lenses_[l];
+  if (completion.session != lens.session()) return;
+  const Picture picture = lens.collect(completion.buffer);
+  failures_[l] = picture.good ? 0 : failures_[l] + 1;
+  if (!picture.good) {
+    lens.make_idle(completion.buffer);
+    if (failures_[l] > 1) pause_until_ = Clock::now() + kPause;
+    return;
+  }
+  Candidate& c = candidates_[l][static_cast<std::size_t>(completion.buffer)];
+  const std::size_t turn = holds() ? static_cast<std::size_t>(held_->index()) : 0;
+  c.exposure_s = picture.exposure_s.value_or(info_.exposure_s[turn]);
+  c.gain = picture.gain.value_or(gain_);
+  c.sequence = picture.sequence;
+  c.came = {completion.at.monotonic_ns};
+  const FrameTiming timing{c.exposure_s, options_.row_readout, lens.layout().height, options_.stamped};
+  // A stamp of no clock that is known: the frame came when its last row had been read.
+  c.stamp = clocks_[l]
+                .to_probe_time(picture.stamp_ns, completion.at)
+                .value_or(c.came - Duration{timing.row_readout.ns * timing.rows});
+  c.begin = exposure_begin(c.stamp, timing);
+  c.mid = mid_exposure(c.stamp, timing);
+  if (count() == 1) return deliver({completion.buffer, 0}, sink);
+  c.waits = true;
+  pairs_->offer(completion.lens, {c.stamp, completion.buffer});
+  for (FramePairs::Verdict v = pairs_->next(); v.kind != FramePairs::Kind::nothing; v = pairs_->next()) {
+    if (v.kind == FramePairs::Kind::pair) {
+      deliver({v.tokens[0], v.tokens[1]}, sink);
+      continue;
+    }
+    const auto alone = static_cast<std::size_t>(v.lens);
+    candidates_[alone][static_cast<std::size_t>(v.tokens[alone])].waits = false;
+    lenses_[alone]->make_idle(v.tokens[alone]);
+  }
+}
+
+void LensBackend::drop(const Buffers& buffers) {
+  for (std::size_t l = 0; l < count(); ++l) lenses_[l]->make_idle(buffers[l]);
+}
+
+std::optional<CyclePlace> LensBackend::place(const Candidate& first, ProbeTime begin, bool can_lend) {
+  const bool told =
+      std::all_of(told_.begin(), told_.begin() + static_cast<std::ptrdiff_t>(count()), [](bool t) { return t; });
+  if (!holds()) {
+    if (!can_lend || (!says_exposure_ && !(told && held_->settled(begin)))) return std::nullopt;
+    return cycle_->place(first.sequence, strict_ ? first.exposure_s : info_.exposure_s[0]);
+  }
+  const double held_s = info_.exposure_s[static_cast<std::size_t>(held_->index())];
+  if (!told || !(says_exposure_ ? alike(first.exposure_s, held_s) : held_->settled(begin))) return std::nullopt;
+  if (!can_lend) {
+    held_->lose();
+    return std::nullopt;
+  }
+  told_ = {};
+  return held_->take();
+}
+
+void LensBackend::deliver(const Buffers& buffers, FrameSink& sink) {
+  std::array<const Candidate*, kMaxLenses> parts{};
+  for (std::size_t l = 0; l < count(); ++l) {
+    Candidate& c = candidates_[l][static_cast<std::size_t>(buffers[l])];
+    c.waits = false;
+    parts[l] = &c;
+  }
+  const Candidate& first = *parts[0];
+  const Candidate& last = *parts[count() - 1];
+  const ProbeTime mid = first.mid + Duration{(last.mid - first.mid).ns / 2};
+  // The sink was slow: a camera would not have waited for it either.
+  const bool stale = now() - std::max(first.came, last.came) > interval_ + interval_;
+  if (stale || mid <= last_mid_ || !alike(first.exposure_s, last.exposure_s) || !alike(first.gain, last.gain))
+    return drop(buffers);
+  const std::optional<CyclePlace> at = place(first, std::min(first.begin, last.begin), !free_loans_.empty());
+  if (!at) return drop(buffers);
+
+  const int slot = free_loans_.back();
+  free_loans_.pop_back();
+  Loan& loan = loans_[static_cast<std::size_t>(slot)];
+  Frame frame(*this, slot);
+  for (std::size_t l = 0; l < count(); ++l) {
+    loan.memory[l] = lenses_[l]->memory();
+    loan.buffer[l] = buffers[l];
+    loan.session[l] = lenses_[l]->session();
+    const PictureLayout& layout = lenses_[l]->layout();
+    frame.add_view({static_cast<int>(l), layout.format, layout.width, layout.height, layout.stride,
+                    loan.memory[l]->picture(buffers[l])});
+  }
+  FrameInfo& info = frame.info;
+  info.sequence = at->sequence;
+  info.bracket_index = at->index;
+  info.bracket_size = static_cast<int>(bracket());
+  info.mid_exposure = last_mid_ = mid;
+  info.exposure_s = (first.exposure_s + last.exposure_s) / 2;
+  info.gain = (first.gain + last.gain) / 2;
+  info.row_readout = options_.row_readout;
+  info.delivered = now();
+  sink.push(std::move(frame));
+}
+
+}  // namespace lightwell::libcam

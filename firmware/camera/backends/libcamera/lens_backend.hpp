@@ -1,0 +1,107 @@
+// What becomes of lenses' frames: their place in the cycle of exposures, their pairs, their times, and who has them
+// lent.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "camera/backend.hpp"
+#include "camera/backends/libcamera/frame_pairs.hpp"
+#include "camera/backends/libcamera/lens.hpp"
+#include "camera/backends/libcamera/mailbox.hpp"
+#include "camera/bracket_cycle.hpp"
+
+namespace lightwell::libcam {
+
+/// Pushes from one thread of its own, which also gives idle buffers to the cameras. open() lets the cameras run for a
+/// moment (rehearsal.hpp). A camera that goes away, or is silent for seconds, makes the state lost; all lenses stop,
+/// and start again once it is back.
+class LensBackend final : public CameraBackend, public FrameOwner {
+ public:
+  /// One or two lenses that post to `mailbox`, with the numbers 0 and 1.
+  LensBackend(LibcameraOptions options, std::vector<std::unique_ptr<Lens>> lenses, std::shared_ptr<Mailbox> mailbox)
+      : options_(std::move(options)), mailbox_(std::move(mailbox)), lenses_(std::move(lenses)) {}
+  ~LensBackend() override { stop(); }
+
+  [[nodiscard]] Result<CameraInfo> open() override;
+  [[nodiscard]] Status start(FrameSink& sink) override;
+  void stop() override;
+  [[nodiscard]] State state() const override { return state_; }
+
+  void release(int slot) override { mailbox_->give_back(slot); }
+
+ private:
+  /// A frame that is being looked at, by the number of its buffer.
+  struct Candidate {
+    ProbeTime stamp, begin, mid, came;
+    double exposure_s = 0, gain = 1;
+    std::uint64_t sequence = 0;
+    bool waits = false;  ///< For its counterpart.
+  };
+  /// A frame that is lent, by its slot.
+  struct Loan {
+    std::array<std::shared_ptr<const PictureMemory>, kMaxLenses> memory;
+    std::array<int, kMaxLenses> buffer{}, session{};
+  };
+  using Buffers = std::array<int, kMaxLenses>;
+  using Clock = Mailbox::Clock;
+
+  [[nodiscard]] std::size_t count() const { return lenses_.size(); }
+  [[nodiscard]] std::size_t bracket() const { return info_.exposure_s.size(); }
+  /// Whether an exposure is held until its frame has come, in place of one a request.
+  [[nodiscard]] bool holds() const { return bracket() > 1 && (!says_exposure_ || count() > 1); }
+
+  [[nodiscard]] Status acquire_all();
+  [[nodiscard]] Status learn();
+  [[nodiscard]] CameraInfo describe() const;
+
+  void run(FrameSink& sink);
+  [[nodiscard]] Status begin();
+  void take_back(int slot);
+  void look_after_cameras();
+  void lose(std::size_t lens);
+  void refill();
+  void handle(const Completion& completion, FrameSink& sink);
+  void deliver(const Buffers& buffers, FrameSink& sink);
+  [[nodiscard]] std::optional<CyclePlace> place(const Candidate& first, ProbeTime begin, bool can_lend);
+  void drop(const Buffers& buffers);
+
+  const LibcameraOptions options_;
+  const std::shared_ptr<Mailbox> mailbox_;
+  Mailbox::Post post_;
+  const std::vector<std::unique_ptr<Lens>> lenses_;
+  CameraInfo info_;
+  bool open_ = false;
+
+  // Learnt by open()
+  bool says_exposure_ = false;
+  bool strict_ = true;  ///< Exposures come as asked for; else whatever the camera says is taken.
+  double gain_ = 1;
+  Duration interval_;
+
+  std::atomic<State> state_{State::idle};
+  std::thread thread_;
+  std::vector<Loan> loans_;
+  std::vector<int> free_loans_;
+
+  // The thread's own while it runs
+  bool running_ = false;  ///< All cameras are started.
+  std::array<std::vector<Candidate>, kMaxLenses> candidates_;
+  std::array<SensorClock, kMaxLenses> clocks_;
+  std::optional<FramePairs> pairs_;
+  std::optional<ReportedCycle> cycle_;
+  std::optional<HeldCycle> held_;
+  std::array<bool, kMaxLenses> told_{}, gone_{};
+  std::array<int, kMaxLenses> failures_{};
+  std::array<Clock::time_point, kMaxLenses> quiet_since_{};
+  std::size_t next_exposure_ = 0;
+  Clock::time_point pause_until_, retry_at_;
+  ProbeTime last_mid_;
+};
+
+}  // namespace lightwell::libcam

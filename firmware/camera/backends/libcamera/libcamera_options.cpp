@@ -1,0 +1,121 @@
+#include "camera/backends/libcamera/libcamera_options.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+#include "camera/bracket_cycle.hpp"
+
+namespace lightwell::libcam {
+namespace {
+
+Status bad(const std::string& what) { return {StatusCode::invalid_argument, "libcamera: " + what}; }
+
+/// A number and what stands behind it.
+struct Quantity {
+  double number = 0;
+  std::string_view unit;
+};
+
+std::optional<Quantity> quantity(std::string_view text) {
+  Quantity q;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, q.number);
+  if (error != std::errc() || !std::isfinite(q.number)) return std::nullopt;
+  q.unit = std::string_view(stop, static_cast<std::size_t>(end - stop));
+  return q;
+}
+
+Status set_readout(LibcameraOptions& options, const std::string& value) {
+  const std::optional<Quantity> q = quantity(value);
+  const double unit_s = !q ? 0 : q->unit == "us" ? 1e-6 : q->unit == "ns" ? 1e-9 : q->unit == "ms" ? 1e-3 : 0;
+  if (unit_s == 0 || q->number < 0 || q->number * unit_s > 0.01)
+    return bad("readout=" + value + ": from one row to the next, up to 10ms, with its unit (ns, us, ms)");
+  options.row_readout = Duration::from_seconds(q->number * unit_s);
+  return {};
+}
+
+Status set_format(LibcameraOptions& options, const std::string& value) {
+  options.format = pixel_format_of(value);
+  if (options.format && *options.format != PixelFormat::rgb_f32) return {};
+  std::string known;
+  for (const PixelFormat f : kPixelFormats)
+    if (f != PixelFormat::rgb_f32) known += (known.empty() ? "" : ", ") + std::string(to_string(f));
+  return bad("format=" + value + " is none of " + known);
+}
+
+Status set_gains(LibcameraOptions& options, const std::string& value) {
+  const std::size_t comma = value.find(',');
+  const auto one = [](std::string_view text) {
+    const std::optional<Quantity> q = quantity(text);
+    return q && q->unit.empty() && q->number > 0 ? q->number : 0.0;
+  };
+  if (comma != std::string::npos) {
+    options.colour_gains = {one(std::string_view(value).substr(0, comma)),
+                            one(std::string_view(value).substr(comma + 1))};
+    if (options.colour_gains[0] > 0 && options.colour_gains[1] > 0) return {};
+  }
+  return bad("white=" + value + ": two gains above zero, red and blue, such as white=1.8,1.5");
+}
+
+Status set_settle(LibcameraOptions& options, const std::string& value) {
+  const std::optional<Quantity> q = quantity(value);
+  if (!q || !q->unit.empty() || q->number < 0 || q->number > 30 || q->number != std::floor(q->number))
+    return bad("settle=" + value + ": a number of frames, 0 to 30");
+  options.settle_frames = static_cast<int>(q->number);
+  return {};
+}
+
+Status set_parameter(LibcameraOptions& options, const std::string& key, const std::string& value) {
+  if (key == "format") return set_format(options, value);
+  if (key == "readout") return set_readout(options, value);
+  if (key == "white") return set_gains(options, value);
+  if (key == "settle") return set_settle(options, value);
+  // stamp
+  if (value != "readout" && value != "exposure") return bad("stamp=" + value + " is neither readout nor exposure");
+  options.stamped = value == "readout" ? StampedEvent::readout : StampedEvent::exposure;
+  return {};
+}
+
+Status set_cameras(LibcameraOptions& options, std::string_view path) {
+  for (bool more = true; more;) {
+    const std::size_t comma = path.find(',');
+    more = comma != std::string_view::npos;
+    options.cameras.emplace_back(path.substr(0, comma));
+    if (more) path.remove_prefix(comma + 1);
+  }
+  if (options.cameras.size() > static_cast<std::size_t>(kMaxLenses))
+    return bad("a rig has at most " + std::to_string(kMaxLenses) + " lenses, these are " +
+               std::to_string(options.cameras.size()) + " cameras");
+  for (const std::string& camera : options.cameras)
+    if (camera.empty())
+      return bad("which camera? libcamera:ID, or libcamera:ID0,ID1 for two lenses, as `cam --list` prints them");
+  if (options.cameras.size() == 2 && options.cameras[0] == options.cameras[1])
+    return bad("camera '" + options.cameras[0] + "' cannot be both lenses");
+  return {};
+}
+
+}  // namespace
+
+Result<LibcameraOptions> parse_options(const CameraUri& uri, const CameraConfig& config) {
+  if (Status s = check_parameters(uri, {"format", "readout", "stamp", "white", "settle"}); !s.ok()) return s;
+  LibcameraOptions options;
+  options.width = config.width;
+  options.height = config.height;
+  options.frame_rate = config.frame_rate;
+  options.exposure_s = config.exposure_s;
+  options.gain = config.gain;
+  if (Status s = set_cameras(options, uri.path); !s.ok()) return s;
+  for (const auto& [key, value] : uri.parameters)
+    if (Status s = set_parameter(options, key, value); !s.ok()) return s;
+  if (options.width < 2 || options.height < 2 || options.width > 16384 || options.height > 16384)
+    return bad("camera.width and camera.height: 2 to 16384 pixels");
+  if (!(options.frame_rate >= 0 && options.frame_rate <= 1000))
+    return bad("camera.frame_rate must lie between 0 (the camera's own) and 1000");
+  if (!(options.gain > 0) || !std::isfinite(options.gain)) return bad("camera.gain must be above zero");
+  if (!options.exposure_s.empty())
+    if (const Status s = check_exposures(options.exposure_s); !s.ok()) return bad("camera." + s.message());
+  return options;
+}
+
+}  // namespace lightwell::libcam

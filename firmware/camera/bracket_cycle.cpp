@@ -1,0 +1,66 @@
+#include "camera/bracket_cycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace lightwell {
+
+Status check_exposures(std::span<const double> exposure_s) {
+  if (exposure_s.empty() || exposure_s.size() > static_cast<std::size_t>(kMaxBracket))
+    return {StatusCode::invalid_argument,
+            "a cycle has 1 to " + std::to_string(kMaxBracket) + " exposures, not " + std::to_string(exposure_s.size())};
+  for (const double e : exposure_s)
+    if (!(e > 0) || !std::isfinite(e))
+      return {StatusCode::invalid_argument,
+              "exposure_s: " + std::to_string(e) + " is no exposure: above zero, in seconds"};
+  return {};
+}
+
+ReportedCycle::ReportedCycle(std::span<const double> exposure_s)
+    : size_(std::min(exposure_s.size(), static_cast<std::size_t>(kMaxBracket))) {
+  std::copy_n(exposure_s.begin(), size_, cycle_.begin());
+}
+
+std::optional<int> ReportedCycle::index_of(double exposure_s) const {
+  // A bracket may hold an exposure twice: its turn decides, where it fits.
+  const auto fits = [&](int i) {
+    const double declared = cycle_[static_cast<std::size_t>(i)];
+    return std::abs(exposure_s - declared) <= kExposureTolerance * declared;
+  };
+  if (fits(after_last())) return after_last();
+  std::optional<int> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < static_cast<int>(size_); ++i) {
+    const double off = std::abs(exposure_s - cycle_[static_cast<std::size_t>(i)]);
+    if (!fits(i) || off >= least) continue;
+    least = off;
+    best = i;
+  }
+  return best;
+}
+
+std::optional<CyclePlace> ReportedCycle::place(std::uint64_t camera_sequence, double exposure_s) {
+  if (!fresh_ && camera_sequence <= camera_last_) return std::nullopt;
+  const std::optional<int> index = index_of(exposure_s);
+  if (!index) return std::nullopt;
+  if (fresh_) shift_ = (last_ ? last_->sequence + 1 : 0) - camera_sequence;
+  fresh_ = false;
+  camera_last_ = camera_sequence;
+  const bool follows = last_ && camera_sequence + shift_ == last_->sequence + 1;
+  if (follows && *index != after_last()) ++shift_;
+  last_ = CyclePlace{*index, camera_sequence + shift_};
+  return last_;
+}
+
+void HeldCycle::told(ProbeTime at) { told_ = told_ ? std::max(*told_, at) : at; }
+
+CyclePlace HeldCycle::take() {
+  const CyclePlace place{index_, next_sequence_++};
+  index_ = (index_ + 1) % size_;
+  if (size_ > 1) told_.reset();
+  return place;
+}
+
+}  // namespace lightwell
