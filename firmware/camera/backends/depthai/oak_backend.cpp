@@ -1,0 +1,250 @@
+#include "camera/backends/depthai/oak_backend.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace lightwell::oak {
+namespace {
+
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+
+constexpr milliseconds kFirstFrame{5000};
+constexpr milliseconds kTick{100};
+constexpr milliseconds kRetry{1000};
+/// A device that is connected and gives nothing for so long is connected anew.
+constexpr milliseconds kSilence{3000};
+/// Frames that an exposure may take to come into force, and how many it takes in a bracket.
+constexpr int kMostFrames = 30, kFramesToReport = 5;
+constexpr int kFramesForRate = 8;
+
+ProbeTime now() { return {monotonic_now_ns()}; }
+
+bool alike(double a, double b) { return std::abs(a - b) <= kExposureTolerance * b; }
+
+std::string ms_text(double us) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g ms", 1e-3 * us);
+  return text.data();
+}
+
+}  // namespace
+
+Result<CameraInfo> OakBackend::open() {
+  if (open_) return Status(StatusCode::failed_precondition, "depthai: the camera is open already");
+  Result<std::string> name = device_->connect(options_);
+  if (!name) return Status(name.status().code(), "depthai: " + name.status().message());
+  info_ = {};
+  info_.name = "depthai:" + *name;
+  info_.width = options_.width;
+  info_.height = options_.height;
+  info_.format = options_.format;
+  info_.notes = options_.notes;
+  if (options_.row_readout.ns == 0)
+    info_.notes.emplace_back("rows are taken to be exposed at once; where the shutter rolls, say readout=");
+  if (Status s = learn(); !s.ok()) {
+    device_->disconnect();
+    return Status(s.code(), "depthai: " + s.message());
+  }
+  const int lendable = frames_to_lend(static_cast<int>(info_.exposure_s.size()));
+  slots_.resize(static_cast<std::size_t>(lendable));
+  free_.reserve(slots_.size());
+  returned_.reserve(slots_.size());
+  for (int i = 0; i < lendable; ++i) free_.push_back(i);
+  if (options_.format == PixelFormat::bayer_rggb10)
+    for (Slot& slot : slots_)
+      slot.words.resize(static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
+  cycle_.emplace(info_.exposure_s);
+  held_.emplace(static_cast<int>(info_.exposure_s.size()), Duration{});
+  open_ = true;
+  return info_;
+}
+
+Status OakBackend::check(const OakPicture& picture) const {
+  if (picture.width != options_.width || picture.height != options_.height)
+    return {StatusCode::failed_precondition, "it gives pictures of " + std::to_string(picture.width) + "x" +
+                                                 std::to_string(picture.height) +
+                                                 ": set camera.width and camera.height to that"};
+  const auto rows = static_cast<std::size_t>(picture.height);
+  if (options_.format == PixelFormat::nv12 &&
+      (picture.stride < static_cast<std::size_t>(picture.width) || picture.plane_stride != picture.stride * rows ||
+       picture.data.size() < picture_bytes(PixelFormat::nv12, picture.stride, picture.height)))
+    return {StatusCode::failed_precondition, "its nv12 lies otherwise in memory than one plane after the other"};
+  return {};
+}
+
+Status OakBackend::learn() {
+  OakPicture picture, first;
+  int frames = 0;
+  const auto next = [&]() -> Status {
+    if (device_->wait(picture, kFirstFrame) != OakDevice::Next::picture)
+      return {StatusCode::unavailable, "no frame came within 5 s: is its cable good, and a USB 3 one?"};
+    if (Status s = check(picture); !s.ok()) return s;
+    if (frames++ == 0) first = picture;
+    return {};
+  };
+  for (const std::uint32_t asked : options_.exposure_us) {
+    if (!device_->ask(asked, options_.iso)) return {StatusCode::unavailable, "it went away"};
+    int tries = 0;
+    do {
+      if (Status s = next(); !s.ok()) return s;
+    } while (!alike(picture.exposure_us, asked) && tries++ < kMostFrames);
+    if (!alike(picture.exposure_us, asked))
+      return {StatusCode::failed_precondition,
+              "asked for an exposure of " + ms_text(asked) + " it says " + ms_text(picture.exposure_us) + " after " +
+                  std::to_string(kMostFrames) + " frames: ask for one that it can do at this frame rate"};
+    info_.exposure_s.push_back(1e-6 * picture.exposure_us);
+  }
+  while (frames < kFramesForRate)
+    if (Status s = next(); !s.ok()) return s;
+  if (!mid_exposure(picture, options_.row_readout, now()))
+    return {StatusCode::failed_precondition,
+            "its timestamps are not of this host's clock: is time synchronisation off?"};
+  const std::int64_t passed = picture.stamp_ns - first.stamp_ns, numbers = picture.sequence - first.sequence;
+  interval_ = passed > 0 && numbers > 0 ? Duration{passed / numbers} : Duration::from_seconds(1 / options_.frame_rate);
+  info_.frame_rate = 1 / interval_.seconds();
+  if (info_.exposure_s.size() > 1) info_.frame_rate /= kFramesToReport;
+  return {};
+}
+
+Status OakBackend::start(FrameSink& sink) {
+  if (!open_) return {StatusCode::failed_precondition, "depthai: open the camera before starting it"};
+  if (thread_.joinable()) return {StatusCode::failed_precondition, "depthai: stop() comes before the next start()"};
+  stopping_ = false;
+  state_ = State::streaming;
+  thread_ = std::thread([this, &sink] { run(sink); });
+  return {};
+}
+
+void OakBackend::stop() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+  state_ = State::idle;
+}
+
+void OakBackend::release(int slot) {
+  const std::lock_guard lock(mutex_);
+  returned_.push_back(slot);
+}
+
+bool OakBackend::stopping() {
+  const std::lock_guard lock(mutex_);
+  return stopping_;
+}
+
+std::optional<int> OakBackend::free_slot() {
+  const std::lock_guard lock(mutex_);
+  for (const int slot : returned_) {
+    slots_[static_cast<std::size_t>(slot)].picture = {};
+    free_.push_back(slot);
+  }
+  returned_.clear();
+  if (free_.empty()) return std::nullopt;
+  const int slot = free_.back();
+  free_.pop_back();
+  return slot;
+}
+
+void OakBackend::ask_turn() {
+  if (device_->ask(options_.exposure_us[static_cast<std::size_t>(held_->index())], options_.iso)) held_->told(now());
+}
+
+void OakBackend::discard_waiting() {
+  OakPicture picture;
+  while (device_->wait(picture, milliseconds(0)) == OakDevice::Next::picture) {
+  }
+}
+
+void OakBackend::run(FrameSink& sink) {
+  // What has gathered since the last run is old.
+  discard_waiting();
+  ask_turn();
+  Clock::time_point heard = Clock::now();
+  OakPicture picture;
+  while (!stopping()) {
+    const OakDevice::Next next = device_->wait(picture, kTick);
+    const Clock::time_point woken = Clock::now();
+    if (next == OakDevice::Next::picture) {
+      heard = woken;
+      handle(std::exchange(picture, {}), sink);
+      // The sink was slow: a camera would not have waited for it either.
+      if (Clock::now() - woken > std::chrono::nanoseconds(2 * interval_.ns)) discard_waiting();
+    } else if (next == OakDevice::Next::gone || woken - heard > kSilence) {
+      if (!come_back()) return;
+      heard = Clock::now();
+    }
+  }
+}
+
+bool OakBackend::come_back() {
+  state_ = State::lost;
+  device_->disconnect();
+  while (true) {
+    {
+      std::unique_lock lock(mutex_);
+      if (wake_.wait_for(lock, kRetry, [this] { return stopping_; })) return false;
+    }
+    if (!device_->connect(options_).ok()) continue;
+    // The device counts anew.
+    cycle_->restart();
+    held_->restart();
+    last_sequence_ = -1;
+    ask_turn();
+    state_ = State::streaming;
+    return true;
+  }
+}
+
+void OakBackend::handle(OakPicture picture, FrameSink& sink) {
+  if (picture.sequence <= last_sequence_ || !check(picture).ok()) return;
+  last_sequence_ = picture.sequence;
+  const ProbeTime came = now();
+  const std::optional<ProbeTime> mid = mid_exposure(picture, options_.row_readout, came);
+  if (!mid || *mid <= last_mid_) return;
+  const double exposure_s = 1e-6 * picture.exposure_us;
+  const bool bracket = info_.exposure_s.size() > 1;
+  if (bracket && !alike(exposure_s, info_.exposure_s[static_cast<std::size_t>(held_->index())])) return;
+  const std::optional<int> slot = free_slot();
+  if (!slot) {
+    if (bracket) held_->lose();
+    return;
+  }
+  Slot& held = slots_[static_cast<std::size_t>(*slot)];
+  const bool raw = options_.format == PixelFormat::bayer_rggb10;
+  std::optional<CyclePlace> place;
+  if (!raw || unpack_raw10(picture, held.words).ok())
+    place = bracket ? held_->take() : cycle_->place(static_cast<std::uint64_t>(picture.sequence), exposure_s);
+  if (!place) return release(*slot);
+
+  Frame frame(*this, *slot);
+  const std::size_t stride = raw ? packed_stride(options_.format, picture.width) : picture.stride;
+  const std::span<const std::byte> pixels =
+      raw ? std::as_bytes(std::span(held.words))
+          : picture.data.first(picture_bytes(options_.format, stride, picture.height));
+  frame.add_view({0, options_.format, picture.width, picture.height, stride, pixels});
+  FrameInfo& info = frame.info;
+  info.sequence = place->sequence;
+  info.bracket_index = place->index;
+  info.bracket_size = static_cast<int>(info_.exposure_s.size());
+  info.mid_exposure = last_mid_ = *mid;
+  info.exposure_s = exposure_s;
+  info.gain = picture.iso > 0 ? OakOptions::gain_of_iso(picture.iso) : options_.gain();
+  info.row_readout = options_.row_readout;
+  info.delivered = now();
+  // An unpacked frame's own memory has done its work.
+  if (!raw) held.picture = std::move(picture);
+  if (bracket) ask_turn();
+  sink.push(std::move(frame));
+}
+
+}  // namespace lightwell::oak

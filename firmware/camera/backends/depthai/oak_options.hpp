@@ -1,0 +1,39 @@
+// depthai:MXID?key=value...: what is asked of an OAK camera, and what it can be told.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lightwell/config.hpp>
+#include <lightwell/pixel.hpp>
+#include <lightwell/result.hpp>
+#include <lightwell/time.hpp>
+
+#include "camera/uri.hpp"
+
+namespace lightwell::oak {
+
+struct OakOptions {
+  std::string id;                          ///< MXID (device id), IP address or name, as depthai takes them.
+  char socket = 'A';                       ///< Board socket, A to J.
+  PixelFormat format = PixelFormat::nv12;  ///< nv12, or bayer_rggb10 from the sensor itself.
+  int width = 640, height = 480;
+  double frame_rate = 30;
+  std::vector<std::uint32_t> exposure_us;  ///< One entry or more.
+  std::uint32_t iso = 100;                 ///< 100: a gain of 1.
+  int white_balance_k = 5000;              ///< Colour temperature whose gains are held.
+  Duration row_readout;
+  std::vector<std::string> notes;  ///< What of the configuration became something else.
+
+  [[nodiscard]] std::vector<double> exposure_s() const;
+  [[nodiscard]] double gain() const { return gain_of_iso(iso); }
+  [[nodiscard]] static double gain_of_iso(std::uint32_t iso_value) { return iso_value / 100.0; }
+};
+
+/// Exposures are held to what fits between frames, gains to 1 to 16 as depthai's control messages have them; notes say
+/// so. invalid_argument names the parameter.
+[[nodiscard]] Result<OakOptions> parse_options(const CameraUri& uri, const CameraConfig& config);
+
+}  // namespace lightwell::oak
