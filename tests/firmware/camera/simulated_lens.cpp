@@ -66,6 +66,7 @@ Status SimulatedLens::acquire(const LibcameraOptions& options, int lendable) {
   memory_ = std::make_shared<Memory>();
   memory_->pictures.assign(total, std::vector<std::byte>(picture_bytes(layout_.format, layout_.stride, o.height)));
   pictures_.assign(total, {});
+  idle_.reserve(total);
   for (int i = 0; i < static_cast<int>(total); ++i) idle_.push_back(i);
   queued_.reserve(total);
   device_ = camera_->device();

@@ -32,8 +32,7 @@ Life& life_of_manager() {
 
 /// Libraries do not log: what matters is said by a status. Who sets LIBCAMERA_LOG_LEVELS wants to hear all the same.
 void be_quiet() {
-  if (std::getenv("LIBCAMERA_LOG_LEVELS") != nullptr) return;
-  for (const char* category : {"Camera", "IPAManager"}) ::libcamera::logSetLevel(category, "ERROR");
+  if (std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr) ::libcamera::logSetLevel("Camera", "ERROR");
 }
 
 }  // namespace
