@@ -1,0 +1,120 @@
+"""Topic cameras: backends and calibration."""
+import json
+import os
+import subprocess
+
+from figure_topics.rows import at_least, at_most, equals, reported
+
+TARGETS = ["measure_geometry", "measure_models", "measure_photometry", "calibrate_geometry_test", "mounting_test", "tag_detector_test",
+           "calibration_test", "geometry_test", "v4l2_test", "v4l2_conformance_test", "v4l2_device_test", "libcamera_values_test",
+           "libcamera_backend_test", "libcamera_system_test"]
+
+SIGHTINGS = "simulated sightings, 40 pictures, 0.2 px, 100 seeds"
+LENSES = "published intrinsics beyond 180 deg"
+SENSOR = "simulated sensor, 100 seeds"
+
+# Google Test programs whose tests are promises of their own, and what is real in them.
+PROGRAMS = [
+    ("calibration_test", "tests/firmware/calibration", "models, derivatives against small steps; " + LENSES),
+    ("geometry_test", "tests/firmware/calibration", "simulated sightings: kinds of lenses, pairs, time offset, degenerate input"),
+    ("calibrate_geometry_test", "tests/firmware/tools", "rendered pictures, real AprilTag, from files to a lamp's direction"),
+    ("tag_detector_test", "tests/firmware/pose", "rendered pictures, real AprilTag"),
+    ("mounting_test", "tests/firmware/pose", "rendered pictures and sightings, 100 seeds"),
+    ("v4l2_test", "tests/firmware/camera", "values alone; real libjpeg-turbo"),
+    ("v4l2_conformance_test", "tests/firmware/camera", "umockdev's device, real system calls: the conformance suite"),
+    ("v4l2_device_test", "tests/firmware/camera", "umockdev's device, real system calls: controls, unplugging"),
+    ("libcamera_values_test", "tests/firmware/camera", "values alone: choices, pairing"),
+    ("libcamera_backend_test", "tests/firmware/camera", "simulated lenses behind the backend: the conformance suite"),
+    ("libcamera_system_test", "tests/firmware/camera", "real libcamera 0.0.3, no camera"),
+]
+
+
+def lines_of(command, say):
+    say(" ".join(str(c.name if hasattr(c, "name") else c) for c in command))
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        return {}
+    return {item["figure"]: item for item in map(json.loads, done.stdout.splitlines())}
+
+
+def geometry(programs, say):
+    rows = []
+    values = {k: v["value"] for k, v in lines_of([programs / "measure_geometry"], say).items()}
+    for kind in ("kannala_brandt", "double_sphere", "mei"):
+        get = lambda figure: values.get(f"geometry.{kind}.{figure}")
+        name = kind.replace("_", " ")
+        rows.append(equals(f"{name}: calibrations that failed", 0, get("failed"), "", SIGHTINGS))
+        rows.append(at_most(f"{name}: directions, RMS over the lens up to its edge, median", 0.05, get("direction_deg.median"), "deg", SIGHTINGS))
+        rows.append(at_most(f"{name}: directions, RMS over the lens up to its edge, largest", 0.05, get("direction_deg.largest"), "deg", SIGHTINGS))
+        rows.append(at_least(f"{name}: truth within 3 sigma, of the number that is so least often", 0.95, get("within_3_sigma.least"), "", SIGHTINGS))
+        if kind == "kannala_brandt":
+            rows.append(at_most(f"{name}: focal length, median", 0.1, percent(get("focal.median")), "%", SIGHTINGS))
+            rows.append(at_most(f"{name}: focal length, largest", 0.1, percent(get("focal.largest")), "%", SIGHTINGS))
+        else:
+            # It goes with xi, and only the two together are known well: README of geometry.
+            rows.append(reported(f"{name}: focal length, median", percent(get("focal.median")), "%", SIGHTINGS))
+    pair = lambda figure: values.get(f"geometry.pair.{figure}")
+    real = "simulated sightings of four boards, 40 captures, 0.2 px, 25 seeds"
+    rows.append(equals("pair: calibrations that failed", 0, pair("failed"), "", real))
+    rows.append(at_most("pair: T_lens1_lens0, turn, largest", 0.1, pair("turn_deg.largest"), "deg", real))
+    rows.append(at_most("pair: T_lens1_lens0, translation, largest", 1, pair("shift_mm.largest"), "mm", real))
+    rows.append(at_least("pair: truth within 3 sigma, of the number that is so least often", 0.95, pair("within_3_sigma.least"), "", real))
+    return rows
+
+
+def models(programs, say):
+    values = {k: v["value"] for k, v in lines_of([programs / "measure_models"], say).items()}
+    rows = [at_least("published lenses beyond 180 deg", 3, values.get("models.published"), "", LENSES),
+            at_most("pixel to direction and back, double, largest", 1e-5, values.get("models.double_px"), "px", LENSES),
+            at_most("pixel to direction and back, float, largest", 1e-3, values.get("models.float_px"), "px", LENSES)]
+    for kind in ("kannala_brandt", "double_sphere", "mei"):
+        rows.append(at_most(f"light direction with calibrated parameters, {kind.replace('_', ' ')}, largest", 0.2,
+                            values.get(f"light_deg.{kind}"), "deg", "simulated lens and sightings, real estimator"))
+    return rows
+
+
+def percent(value):
+    return None if value is None else 100 * value
+
+
+def photometry(programs, say):
+    figures = lines_of([programs / "measure_photometry"], say)
+    rows = []
+    for figure, item in figures.items():
+        last = figure.split(".")[-1]
+        if last in ("curve", "edge"):
+            what = "response, RMS of full scale" if last == "curve" else "vignetting, relative, anywhere in the field"
+            rows.append(at_most(f"{what}, largest, {figure}", 1, percent(item["value"]), "%", SENSOR))
+        elif item["inside"] is not None and last != "kind":
+            rows.append(at_least(f"truth within 3 sigma, {figure}", 0.95, item["inside"], "", SENSOR))
+    if not figures:
+        rows.append(at_most("response, RMS of full scale", 1, None, "%", SENSOR))
+    return rows
+
+
+def skipped(counts):
+    """Of the conformance suite, checks that do not apply to a camera; elsewhere there are none."""
+    return sum(test.get("result") == "SKIPPED" for suite in counts["testsuites"] for test in suite["testsuite"])
+
+
+def programs_pass(build, say):
+    """Each as a row: tests that failed. One that did not run does not hold."""
+    rows = []
+    for name, folder, real in PROGRAMS:
+        program = build / folder / name
+        report = build / f"{name}.json"
+        report.unlink(missing_ok=True)
+        environment = dict(os.environ)
+        if name in ("v4l2_conformance_test", "v4l2_device_test"):
+            environment["LD_PRELOAD"] = "libumockdev-preload.so.0"
+        say(name)
+        if program.exists():
+            subprocess.run([program, f"--gtest_output=json:{report}"], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        counts = json.loads(report.read_text()) if report.exists() else None
+        rows.append(equals(f"{name}: tests that failed", 0, None if counts is None else counts["failures"] + counts["errors"], "", real))
+        rows.append(reported(f"{name}: tests that ran", None if counts is None else counts["tests"] - skipped(counts), "", real))
+    return rows
+
+
+def measure(programs, say):
+    return geometry(programs, say) + models(programs, say) + photometry(programs, say) + programs_pass(programs.parent, say)
