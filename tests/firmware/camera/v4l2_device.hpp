@@ -51,6 +51,7 @@ struct DeviceKind {
   bool may_shrink = false;  ///< S_FMT gives half of the size asked for.
   double scene = 40;        ///< Share of full scale a second of exposure; the ceiling is 1.
   std::uint32_t first_sequence = 0;
+  std::chrono::milliseconds wakes_up{0};  ///< Until the first frame after a start.
 };
 
 /// A webcam: 64x48 of `fourcc` at 50 frames a second, the controls of UVC, stamped at the start of exposure.
@@ -135,6 +136,7 @@ class V4l2Device {
   std::deque<int> latched_;  ///< Exposures on their way to the sensor.
   std::deque<Taken> taken_;
   std::uint32_t sequence_ = 0;
+  std::int64_t awake_ns_ = 0;
   std::thread sensor_;
 };
 

@@ -38,6 +38,7 @@ int V4l2Device::set_streaming(bool on) {
   streaming_ = on;
   if (on) {
     sequence_ = kind_.first_sequence;
+    awake_ns_ = clock_ns(CLOCK_MONOTONIC) + std::chrono::nanoseconds(kind_.wakes_up).count();
     const auto exposure = controls_.find(V4L2_CID_EXPOSURE_ABSOLUTE);
     latched_.assign(static_cast<std::size_t>(kind_.latch_frames),
                     exposure == controls_.end() ? 100 : exposure->second.value);
@@ -122,6 +123,7 @@ void V4l2Device::expose() {
 }
 
 void V4l2Device::take_frame(std::int64_t end_ns) {
+  if (end_ns < awake_ns_) return;
   const auto control = controls_.find(V4L2_CID_EXPOSURE_ABSOLUTE);
   latched_.push_back(control == controls_.end() ? 100 : control->second.value);
   const int exposure = latched_.front();

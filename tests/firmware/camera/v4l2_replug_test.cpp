@@ -169,6 +169,16 @@ TEST(V4l2Replug, ADeviceThatFallsSilentIsTakenUpAnew) {
   EXPECT_TRUE(open.watch.more_come(2));
 }
 
+TEST(V4l2Replug, ADeviceThatTakesThreeSecondsToWakeUpIsNotLost) {
+  DeviceKind sleepy = webcam(V4L2_PIX_FMT_YUYV);
+  sleepy.wakes_up = std::chrono::milliseconds(3000);
+  const UmockCamera plugged(sleepy);
+  OpenCamera open("");
+  ASSERT_TRUE(open.start());
+  ASSERT_TRUE(open.watch.more_come(3));
+  EXPECT_EQ(open.camera->counts().losses, 0U);
+}
+
 TEST(V4l2Replug, StoppingAndStartingWhileItIsAway) {
   UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
   OpenCamera open("");

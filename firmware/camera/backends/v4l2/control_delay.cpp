@@ -60,7 +60,7 @@ class StepMeter {
       if (failed == EAGAIN) {
         if (came >= frames) return {};
         pollfd waiting{device_.descriptor(), POLLIN, 0};
-        constexpr int kPatience_ms = 3000;
+        constexpr int kPatience_ms = 5000;
         if (::poll(&waiting, 1, kPatience_ms) == 0) return device_.error("streams no frames", ETIMEDOUT);
         if ((waiting.revents & POLLIN) == 0 && waiting.revents != 0) return device_.error("stopped streaming", EIO);
         continue;

@@ -1,11 +1,13 @@
 #include "camera/backends/v4l2/device.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <poll.h>
 #include <unistd.h>
 
 #include <sys/ioctl.h>
@@ -324,6 +326,16 @@ int Device::stream_off() {
 Status Device::error(const std::string& doing, int error) const {
   return {code_of(error),
           "v4l2: '" + path_ + "'" + (card_.empty() ? "" : " (" + card_ + ")") + " " + doing + ": " + remedy_of(error)};
+}
+
+Waited wait_for(const Device* device, int stop, int milliseconds) {
+  // poll() leaves out what is negative.
+  std::array<pollfd, 2> watched = {pollfd{stop, POLLIN, 0},
+                                   pollfd{device != nullptr ? device->descriptor() : -1, POLLIN, 0}};
+  // Interrupted is as good as nothing: the caller comes back.
+  if (::poll(watched.data(), watched.size(), milliseconds) <= 0) return Waited::nothing;
+  if (watched[0].revents != 0) return Waited::stopped;
+  return (watched[1].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0 ? Waited::broken : Waited::ready;
 }
 
 }  // namespace lightwell::v4l2

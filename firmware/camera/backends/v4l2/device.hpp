@@ -1,6 +1,7 @@
 // A V4L2 capture device as the kernel shows it: a descriptor, and calls that say what went wrong.
 //   Device: open, modes, format, controls, streaming
 //   MappedBuffers: the driver's memory
+//   wait_for(): a frame, an error, or a descriptor that says stop
 #pragma once
 
 #include <cstddef>
@@ -114,5 +115,15 @@ class Device {
   std::string card_;
   bool stamps_are_monotonic_ = false;
 };
+
+/// What wait_for() waited for.
+enum class Waited : std::uint8_t {
+  ready,    ///< A frame.
+  broken,   ///< The device reports an error or is gone.
+  nothing,  ///< Time is over.
+  stopped,  ///< `stop` is readable.
+};
+/// Without a device, for `stop` alone.
+[[nodiscard]] Waited wait_for(const Device* device, int stop, int milliseconds);
 
 }  // namespace lightwell::v4l2

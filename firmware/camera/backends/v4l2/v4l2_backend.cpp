@@ -33,9 +33,6 @@ ProbeTime stamp_of(const v4l2_buffer& buffer) {
   return {buffer.timestamp.tv_sec * 1'000'000'000LL + buffer.timestamp.tv_usec * 1'000LL};
 }
 
-/// poll()'s answer.
-enum class Waited { ready, broken, nothing, stopped };
-
 class Backend final : public V4l2Camera {
  public:
   explicit Backend(Options options) : options_(std::move(options)), stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
@@ -58,7 +55,6 @@ class Backend final : public V4l2Camera {
   void run(FrameSink& sink);
   void lose();
   void look_for_device();
-  [[nodiscard]] Waited wait();
   [[nodiscard]] bool has_fallen_silent() const;
   [[nodiscard]] bool take_frames(FrameSink& sink, bool broken);
   [[nodiscard]] bool cycle_exposure(const v4l2_buffer& newest, std::uint64_t number);
@@ -93,6 +89,7 @@ class Backend final : public V4l2Camera {
   SequenceCounter sequence_;
   Punctuality punctuality_;
   ProbeTime last_arrival_, last_mid_;
+  bool has_begun_ = false;  ///< A frame has come since streaming began.
 
   struct {
     std::atomic<std::uint64_t> delivered{0}, damaged{0}, late{0}, crowded{0}, unsettled{0}, untimely{0}, losses{0};
@@ -177,6 +174,7 @@ int Backend::begin_stream() {
     if (const int failed = device_->queue(idle[i]); failed != 0) return failed;
   if (const int failed = device_->stream_on(); failed != 0) return failed;
   schedule_->restart();
+  has_begun_ = false;
   return 0;
 }
 
@@ -229,7 +227,7 @@ std::optional<V4l2Camera::DmaBuffer> Backend::dma_buffer(const View& view) const
 
 void Backend::run(FrameSink& sink) {
   while (true) {
-    const Waited waited = wait();
+    const Waited waited = wait_for(device_ ? &*device_ : nullptr, stop_.get(), kLook_ms);
     if (waited == Waited::stopped) return;
     if (!device_) {
       look_for_device();
@@ -241,19 +239,12 @@ void Backend::run(FrameSink& sink) {
   }
 }
 
-Waited Backend::wait() {
-  std::array<pollfd, 2> watched = {pollfd{stop_.get(), POLLIN, 0},
-                                   pollfd{device_ ? device_->descriptor() : -1, POLLIN, 0}};
-  // Interrupted is as good as nothing: the caller comes back.
-  if (::poll(watched.data(), watched.size(), kLook_ms) <= 0) return Waited::nothing;
-  if (watched[0].revents != 0) return Waited::stopped;
-  return (watched[1].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0 ? Waited::broken : Waited::ready;
-}
-
 /// USB hosts and cameras are known to stop without a word.
 bool Backend::has_fallen_silent() const {
   const double longest = *std::ranges::max_element(exposure_.seconds);
-  const Duration limit = Duration::from_seconds(2 + 10 * std::max(1 / rate_, longest));
+  // Some take seconds until the first frame.
+  const double patience_s = has_begun_ ? 2 : 5;
+  const Duration limit = Duration::from_seconds(patience_s + 10 * std::max(1 / rate_, longest));
   return now() - last_arrival_ > limit;
 }
 
@@ -296,6 +287,7 @@ bool Backend::take_frames(FrameSink& sink, bool broken) {
   }
   if (!number) return failed == EAGAIN && !broken;
   last_arrival_ = now();
+  has_begun_ = true;
   return cycle_exposure(newest, *number) && deliver(sink, newest, *number);
 }
 
