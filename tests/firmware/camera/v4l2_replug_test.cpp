@@ -52,6 +52,21 @@ TEST(V4l2Replug, FramesComeAgainWithinTwoSeconds) {
   EXPECT_EQ(open.camera->counts().losses, 1U);
 }
 
+TEST(V4l2Replug, AnExposureThatWasFoundIsKept) {
+  DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
+  UmockCamera plugged(kind);
+  OpenCamera open("");
+  ASSERT_TRUE(open.start());
+  ASSERT_TRUE(open.watch.more_come(2));
+  plugged.unplug();
+  ASSERT_TRUE(open.becomes(State::lost));
+  kind.controls[V4L2_CID_EXPOSURE_ABSOLUTE].value = 250;
+  plugged.plug_in(kind);
+  ASSERT_TRUE(open.watch.more_come(4));
+  EXPECT_EQ(plugged.device().control(V4L2_CID_EXPOSURE_ABSOLUTE), 100);
+  EXPECT_EQ(open.watch.seen().back().info.exposure_s, open.info.exposure_s[0]);
+}
+
 TEST(V4l2Replug, AgainAndAgainItLeaksNothing) {
   UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
   OpenCamera open("&exposure=1ms,8ms&control_delay=2");

@@ -68,7 +68,7 @@ class Backend final : public V4l2Camera {
     return Duration::from_seconds(1 + exposure_.seconds[static_cast<std::size_t>(index)] + 5 / rate_);
   }
 
-  const Options options_;
+  Options options_;
   const FileDescriptor stop_;
   std::atomic<State> state_{State::idle};
   std::thread thread_;
@@ -113,6 +113,8 @@ Status Backend::prepare(Connection& connection, std::vector<std::string>& notes)
   rate_ = connection.rate > 0 ? connection.rate : options_.wanted.rate;
   name_ = connection.device.card().empty() ? "v4l2:" + options_.path : connection.device.card();
   exposure_ = connection.exposure;
+  // When it comes back it shall have these, asked for or found.
+  if (exposure_.control) options_.exposure_s = exposure_.seconds;
   const int bracket = static_cast<int>(exposure_.seconds.size());
   converter_.emplace(*encoding_, layout_);
 
