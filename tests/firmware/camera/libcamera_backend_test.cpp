@@ -86,6 +86,7 @@ std::vector<BackendUnderTest> backends() {
           "bracket_of_two_that_say", [] { return pair(saying(true), 3ms); }, kBracket),
       under_test(
           "bracket_of_two_that_are_silent", [] { return pair(saying(false), 3ms); }, kBracket),
+      under_test("equal_exposures_of_two_that_say", [] { return pair(saying(true), 3ms); }, {0.001, 0.001, 0.008}),
   };
 }
 
@@ -168,7 +169,7 @@ TEST(LibcameraFrames, AreStampedInTheMiddleOfTheirExposure) {
 }
 
 TEST(LibcameraFrames, OfABracketComeAtTheCamerasFullRateWhereItSaysItsExposures) {
-  const std::vector<Told> frames = frames_of(one(saying(true)), kBracket, 30);
+  const std::vector<Told> frames = frames_of(one(saying(true, 20'000)), kBracket, 30);
   // Of thirty frames of the camera hardly one is left out: a machine that is busy may lose some.
   ASSERT_GE(frames.size(), 30U);
   EXPECT_LE(frames[29].truths[0].number - frames[0].truths[0].number, 45U);
@@ -184,6 +185,14 @@ TEST(LibcameraFrames, OfTwoCamerasAreTakenTogetherWithTheLensesInOrder) {
     EXPECT_NEAR(static_cast<double>(f.info.mid_exposure.ns),
                 static_cast<double>((f.truths[0].end_ns + f.truths[1].end_ns) / 2 - 1'000'000), 1000.0);
   }
+}
+
+TEST(LibcameraFrames, OfTwoCamerasInABracketComeAtTheFullRateOnceTheirCyclesAreAligned) {
+  const std::vector<Told> frames = frames_of(pair(saying(true, 20'000), std::chrono::milliseconds(4)), kBracket, 60);
+  expect_true_exposures(frames);
+  ASSERT_GE(frames.size(), 60U);
+  EXPECT_LE(frames[59].truths[0].number - frames[15].truths[0].number, 66U) << "of 44 frames hardly one is left out";
+  EXPECT_LE(frames[15].truths[0].number, 60U) << "they agree soon";
 }
 
 TEST(LibcameraFrames, OfTwoCamerasInABracketHaveTheSameExposure) {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "camera/backends/libcamera/cycle_alignment.hpp"
 #include "camera/backends/libcamera/frame_pairs.hpp"
 
 namespace lightwell::libcam {
@@ -148,6 +149,44 @@ TEST(FramePairs, AfterARestartNothingWaitsAndTimesMayBeAnyAgain) {
   const Outcome out = pair_up(pairs, {{1, kFrame}, {0, kFrame}});
   EXPECT_EQ(out.pairs.size(), 1U);
   EXPECT_TRUE(out.dropped.empty());
+}
+
+// ---- exposures of both
+
+TEST(CycleAlignment, AnExposureIsFoundInTheCycleWhereItIsTheOnlyOneLikeIt) {
+  const std::vector<double> cycle{0.001, 0.004, 0.016};
+  EXPECT_EQ(index_in_cycle(cycle, 0.0041), 1);
+  EXPECT_FALSE(index_in_cycle(cycle, 0.002));
+  EXPECT_FALSE(index_in_cycle(cycle, std::nan("")));
+  EXPECT_FALSE(index_in_cycle(std::vector{0.001, 0.001}, 0.001)) << "which of the two?";
+  EXPECT_TRUE(distinct(cycle));
+  EXPECT_FALSE(distinct(std::vector{0.001, 0.016, 0.00105}));
+  EXPECT_TRUE(distinct(std::vector{0.01}));
+}
+
+/// Frames until two cameras agree for good, each showing an exposure `delay` frames after it was asked for.
+int frames_until_agreed(int size, int offset, int delay) {
+  CycleAlignment alignment(size, 2 * delay);
+  int next_first = 0, next_second = offset, disagreed = 0;
+  std::vector<std::pair<int, int>> asked;
+  for (int frame = 0; frame < 200; ++frame) {
+    asked.emplace_back(next_first, next_second);
+    next_first = (next_first + 1) % size;
+    next_second = (next_second + 1) % size;
+    if (frame < delay) continue;
+    const auto [a, b] = asked[static_cast<std::size_t>(frame - delay)];
+    if (a != b) disagreed = frame;
+    next_second = (next_second + alignment.observe(a, b)) % size;
+  }
+  return disagreed + 1;
+}
+
+TEST(CycleAlignment, CamerasThatStartedApartAgreeOnceOneCorrectionHasShown) {
+  for (const int size : {2, 3, 8}) {
+    for (int offset = 0; offset < size; ++offset) {
+      for (const int delay : {1, 4, 9}) EXPECT_LE(frames_until_agreed(size, offset, delay), 2 * delay + 2);
+    }
+  }
 }
 
 }  // namespace

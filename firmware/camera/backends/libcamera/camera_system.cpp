@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <utility>
 
 namespace lightwell::libcam {
@@ -30,10 +31,24 @@ Life& life_of_manager() {
   return life;
 }
 
-/// Libraries do not log: what matters is said by a status. Who sets LIBCAMERA_LOG_LEVELS wants to hear all the same.
-void be_quiet() {
-  if (std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr) ::libcamera::logSetLevel("Camera", "ERROR");
-}
+/// Libraries do not log: what matters is said by a status. Who sets one of libcamera's own variables wants to hear all
+/// the same. Its levels can only be set once it has begun to talk, so that it is silent while it starts.
+class Silence {
+ public:
+  Silence() : wanted_(std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr && std::getenv("LIBCAMERA_LOG_FILE") == nullptr) {
+    if (wanted_) (void)::libcamera::logSetTarget(::libcamera::LoggingTargetNone);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+  ~Silence() {
+    if (!wanted_) return;
+    (void)::libcamera::logSetStream(&std::cerr);
+    ::libcamera::logSetLevel("Camera", "ERROR");
+  }
+
+ private:
+  const bool wanted_;
+};
 
 }  // namespace
 
@@ -45,7 +60,7 @@ Result<std::shared_ptr<CameraSystem>> CameraSystem::get() {
     if (!life.alive) break;
     life.gone.wait(lock);
   }
-  be_quiet();
+  const Silence while_starting;
   std::unique_ptr<CameraSystem> system(new CameraSystem);
   const auto on_change = [s = system.get()](const std::shared_ptr<::libcamera::Camera>&) { s->tell(); };
   // Connected for the manager's whole life: libcamera's signals must not be disconnected while they may be emitted.

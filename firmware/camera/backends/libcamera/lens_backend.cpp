@@ -94,10 +94,12 @@ Status LensBackend::learn() {
     note(l, lenses_[l]->notes());
     note(l, rehearsals[l].notes);
   }
+  distinct_ = distinct(info_.exposure_s);
   info_.frame_rate = 1 / interval_.seconds();
   // How long an exposure is held: until frames began that much later, or until the requests before it are through.
   if (holds()) info_.frame_rate /= says_exposure_ ? kFramesToReport : options_.settle_frames + 2;
   cycle_.emplace(info_.exposure_s);
+  alignment_.emplace(static_cast<int>(bracket()), 2 * kFramesToReport);
   held_.emplace(static_cast<int>(bracket()), Duration{interval_.ns * options_.settle_frames});
   pairs_.emplace(interval_);
   return {};
@@ -145,7 +147,8 @@ Status LensBackend::begin() {
   gone_ = {};
   failures_ = {};
   quiet_since_.fill(Clock::now());
-  next_exposure_ = 0;
+  next_exposure_ = {};
+  alignment_->restart();
   pause_until_ = {};
   running_ = true;
   state_ = State::streaming;
@@ -230,12 +233,12 @@ void LensBackend::refill() {
     Lens& lens = *lenses_[l];
     const std::vector<std::int32_t>& asked_us = lens.controls().exposure_us;
     while (!lens.full()) {
-      const std::size_t turn = holds() ? static_cast<std::size_t>(held_->index()) : next_exposure_;
+      const std::size_t turn = holds() ? static_cast<std::size_t>(held_->index()) : next_exposure_[l];
       if (!lens.queue(asked_us[turn])) {
         pause_until_ = Clock::now() + kPause;
         break;
       }
-      if (!holds()) next_exposure_ = (next_exposure_ + 1) % bracket();
+      if (!holds()) next_exposure_[l] = (next_exposure_[l] + 1) % bracket();
       if (!told_[l]) held_->told(now());
       told_[l] = true;
     }
@@ -284,6 +287,15 @@ void LensBackend::drop(const Buffers& buffers) {
   for (std::size_t l = 0; l < count(); ++l) lenses_[l]->make_idle(buffers[l]);
 }
 
+bool LensBackend::aligned(const Candidate& first, const Candidate& second) {
+  const std::optional<int> a = index_in_cycle(info_.exposure_s, first.exposure_s);
+  const std::optional<int> b = index_in_cycle(info_.exposure_s, second.exposure_s);
+  if (!a || !b) return false;
+  const int forward = alignment_->observe(*a, *b);
+  next_exposure_[1] = (next_exposure_[1] + static_cast<std::size_t>(forward)) % bracket();
+  return *a == *b;
+}
+
 std::optional<CyclePlace> LensBackend::place(const Candidate& first, ProbeTime begin, bool can_lend) {
   const bool told =
       std::all_of(told_.begin(), told_.begin() + static_cast<std::ptrdiff_t>(count()), [](bool t) { return t; });
@@ -313,7 +325,8 @@ void LensBackend::deliver(const Buffers& buffers, FrameSink& sink) {
   const ProbeTime mid = first.mid + Duration{(last.mid - first.mid).ns / 2};
   // The sink was slow: a camera would not have waited for it either.
   const bool stale = now() - std::max(first.came, last.came) > interval_ + interval_;
-  if (stale || mid <= last_mid_ || !alike(first.exposure_s, last.exposure_s) || !alike(first.gain, last.gain))
+  if (stale || mid <= last_mid_ || (aligns() && !aligned(first, last)) || !alike(first.exposure_s, last.exposure_s) ||
+      !alike(first.gain, last.gain))
     return drop(buffers);
   const std::optional<CyclePlace> at = place(first, std::min(first.begin, last.begin), !free_loans_.empty());
   if (!at) return drop(buffers);

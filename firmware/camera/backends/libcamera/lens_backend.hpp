@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "camera/backend.hpp"
+#include "camera/backends/libcamera/cycle_alignment.hpp"
 #include "camera/backends/libcamera/frame_pairs.hpp"
 #include "camera/backends/libcamera/lens.hpp"
 #include "camera/backends/libcamera/mailbox.hpp"
@@ -54,7 +55,9 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   [[nodiscard]] std::size_t count() const { return lenses_.size(); }
   [[nodiscard]] std::size_t bracket() const { return info_.exposure_s.size(); }
   /// Whether an exposure is held until its frame has come, in place of one a request.
-  [[nodiscard]] bool holds() const { return bracket() > 1 && (!says_exposure_ || count() > 1); }
+  [[nodiscard]] bool holds() const { return bracket() > 1 && (!says_exposure_ || (count() > 1 && !distinct_)); }
+  /// Whether two cameras go through the cycle side by side.
+  [[nodiscard]] bool aligns() const { return bracket() > 1 && count() > 1 && !holds(); }
 
   [[nodiscard]] Status acquire_all();
   [[nodiscard]] Status learn();
@@ -68,6 +71,8 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   void refill();
   void handle(const Completion& completion, FrameSink& sink);
   void deliver(const Buffers& buffers, FrameSink& sink);
+  /// Whether both frames of a pair have the same exposure of the cycle; else the cameras are brought together.
+  [[nodiscard]] bool aligned(const Candidate& first, const Candidate& second);
   [[nodiscard]] std::optional<CyclePlace> place(const Candidate& first, ProbeTime begin, bool can_lend);
   void drop(const Buffers& buffers);
 
@@ -80,7 +85,8 @@ class LensBackend final : public CameraBackend, public FrameOwner {
 
   // Learnt by open()
   bool says_exposure_ = false;
-  bool strict_ = true;  ///< Exposures come as asked for; else whatever the camera says is taken.
+  bool distinct_ = true;  ///< Exposures of the cycle can be told from each other.
+  bool strict_ = true;    ///< Exposures come as asked for; else whatever the camera says is taken.
   double gain_ = 1;
   Duration interval_;
 
@@ -99,7 +105,8 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   std::array<bool, kMaxLenses> told_{}, gone_{};
   std::array<int, kMaxLenses> failures_{};
   std::array<Clock::time_point, kMaxLenses> quiet_since_{};
-  std::size_t next_exposure_ = 0;
+  std::optional<CycleAlignment> alignment_;
+  std::array<std::size_t, kMaxLenses> next_exposure_{};
   Clock::time_point pause_until_, retry_at_;
   ProbeTime last_mid_;
 };
