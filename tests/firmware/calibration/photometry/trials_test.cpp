@@ -1,0 +1,79 @@
+// A camera of known photometry, calibrated from its own pictures a hundred times, is known again, and as surely as is said.
+// Thresholds are what the calibration was asked for before it was written: the reasons stand beside them.
+#include "firmware/calibration/photometry/trials.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace lightwell::photometry {
+namespace {
+
+/// A hundred trials: 95 % is what three deviations must hold at least; of a Gaussian they hold 99.7 %.
+constexpr int kTrials = 100;
+constexpr double kInside = 0.95;
+
+std::map<std::string, ParameterFigure> by_name(const std::vector<ParameterFigure>& figures) {
+  std::map<std::string, ParameterFigure> out;
+  for (const ParameterFigure& f : figures) {
+    out[f.name] = f;
+    testing::Test::RecordProperty(f.name + "_worst", std::to_string(f.worst));
+    testing::Test::RecordProperty(f.name + "_inside", std::to_string(f.inside));
+  }
+  return out;
+}
+
+class ResponseTrials : public testing::TestWithParam<ResponseCase> {};
+
+TEST_P(ResponseTrials, TheCurveIsKnownToOnePercentAndAsSurelyAsSaid) {
+  auto figures = by_name(response_trials(GetParam(), kTrials));
+  // One percent of full scale: what an estimate of all light may be off by.
+  EXPECT_LE(figures["curve"].worst, 0.01);
+  EXPECT_EQ(figures["curve"].trials, kTrials);
+  for (const char* name : {"worst_knot", "gamma"}) {
+    if (figures.count(name) != 0) {
+      EXPECT_GE(figures[name].inside, kInside) << name;
+    }
+  }
+  // A kind of curve may be mistaken for one that is the same to half a level; not often.
+  EXPECT_GE(figures["kind"].inside, 0.9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Curves, ResponseTrials,
+                         testing::Values(ResponseCase::srgb8, ResponseCase::gamma8, ResponseCase::toe8,
+                                         ResponseCase::linear12, ResponseCase::gamma12, ResponseCase::toe12),
+                         [](const auto& tested) { return std::string(to_string(tested.param)); });
+
+class NoiseTrials : public testing::TestWithParam<int> {};
+
+TEST_P(NoiseTrials, BlackIsKnownToAThousandthAndNoiseToFivePercent) {
+  auto figures = by_name(noise_trials(GetParam(), kTrials));
+  // A thousandth of full scale: a quarter of an 8-bit level.
+  EXPECT_LE(figures["black"].worst, 0.001);
+  // Noise weighs pixels; five percent of it changes no weight that matters.
+  for (const char* name : {"read", "read_noise", "shot_noise"}) EXPECT_LE(figures[name].worst, 0.05) << name;
+  for (const char* name : {"black", "read", "read_noise", "shot_noise"}) EXPECT_GE(figures[name].inside, kInside) << name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Bits, NoiseTrials, testing::Values(8, 12));
+
+TEST(VignettingTrials, TheCurveIsKnownToOnePercentUpToTheEdge) {
+  auto figures = by_name(vignetting_trials(kTrials));
+  EXPECT_LE(figures["edge"].worst, 0.01);
+  for (const char* name : {"v1", "v2", "v3"}) EXPECT_GE(figures[name].inside, kInside) << name;
+}
+
+class CardTrials : public testing::TestWithParam<int> {};
+
+TEST_P(CardTrials, WhiteIsWhiteToHalfAPercent) {
+  auto figures = by_name(card_trials(GetParam(), kTrials));
+  // Half a percent: a hue that nobody sees.
+  for (const char* name : {"red", "blue"}) EXPECT_LE(figures[name].worst, 0.005) << name;
+  EXPECT_LE(figures["scale"].worst, 0.005) << "but for the meter's own error";
+  for (const char* name : {"red", "blue", "scale"}) EXPECT_GE(figures[name].inside, kInside) << name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Bits, CardTrials, testing::Values(8, 12));
+
+}  // namespace
+}  // namespace lightwell::photometry
