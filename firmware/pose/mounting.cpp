@@ -223,7 +223,8 @@ Status check(std::span<const TagInRoom> room) {
 double rms_px(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag, const Pose& world_probe) {
   const LensParameters& lens = rig.lenses[static_cast<std::size_t>(seen.lens)];
   const CameraModel model(lens);
-  const Pose lens_world = compose(inverse(lens.pose_cv), inverse(world_probe));
+  const Pose probe_lens{lens.pose_cv.rotation.normalized(), lens.pose_cv.translation};
+  const Pose lens_world = compose(inverse(probe_lens), inverse(world_probe));
   double sum = 0;
   const auto at = tag_corners(tag.size_m);
   for (std::size_t i = 0; i < 4; ++i) {

@@ -11,8 +11,9 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kRing = 8;
 constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
-/// The ring's own centre; beyond, a view would look past the edge of most lenses.
-constexpr double kRingCenter = 70 * kDegree;
+/// The first ring's centre: further out a view would look past the edge of most lenses. A lens that sees more has
+/// others.
+constexpr double kRingCenter = 70 * kDegree, kRingStep = 50 * kDegree;
 constexpr int kLargest = 1600;
 constexpr std::uint8_t kNothing = 128;
 /// The lens is asked for the corners of blocks of so many pixels; between them its mapping is bent by some hundredths
@@ -102,10 +103,12 @@ std::vector<ViewAxes> views_of(const CameraModel& lens, double beyond_rad) {
   const double end = lens.max_angle_rad();
   if (!(end > beyond_rad)) return views;
   if (const auto middle = view_towards(lens, 0, 0, kMiddleHalf)) views.push_back(*middle);
-  const double theta = std::clamp(end - 20 * kDegree, 35 * kDegree, kRingCenter);
-  for (int i = 0; i < kRing; ++i)
-    if (const auto view = view_towards(lens, theta, 2 * std::numbers::pi * i / kRing, kRingHalf))
-      views.push_back(*view);
+  for (double theta = std::clamp(end - 20 * kDegree, 35 * kDegree, kRingCenter);; theta += kRingStep) {
+    for (int i = 0; i < kRing; ++i)
+      if (const auto view = view_towards(lens, theta, 2 * std::numbers::pi * i / kRing, kRingHalf))
+        views.push_back(*view);
+    if (theta + kRingHalf >= end) break;
+  }
   return views;
 }
 

@@ -60,9 +60,8 @@ struct TagBoard {
 [[nodiscard]] std::array<Vec3d, 4> tag_corners(double tag_size_m);
 
 /// Kalibr's text: target_type 'aprilgrid', tagCols, tagRows, tagSize (m), tagSpacing, and optionally codeOffset;
-/// tagFamily is ours and optional. Errors: "NAME:LINE: what and how to mend it". What a file says is its geometry: tags
-/// that Kalibr printed have a frame of two cells, which AprilTag 3 does not read, and squares between them, which join
-/// them into one; print the board with lightwell-calibrate instead.
+/// tagFamily is ours and optional. Errors: "NAME:LINE: what and how to mend it". What a file says is its geometry: the
+/// tags that Kalibr prints have a frame of two cells, which AprilTag 3 does not read; print with lightwell-calibrate.
 [[nodiscard]] Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name);
 /// not_found, data_loss, or as parse_tag_board().
 [[nodiscard]] Result<TagBoard> load_tag_board(const std::string& path);

@@ -38,6 +38,25 @@ bool same_tag(const TagDetection& a, const TagDetection& b) {
          std::hypot(ma.x - mb.x, ma.y - mb.y) < std::max(reach_of(a.corners), reach_of(b.corners));
 }
 
+/// False where a corner is not in the original, or an edge is torn there by the seam of a picture of the whole sphere.
+bool to_original(const RectifiedView& view, const CameraModel& lens, std::array<PixelPosition, 4>& corners) {
+  std::array<PixelPosition, 4> out;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto p = view.original(lens, corners[i]);
+    if (!p) return false;
+    out[i] = *p;
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    const PixelPosition a = corners[i], b = corners[(i + 1) % 4], oa = out[i], ob = out[(i + 1) % 4];
+    const auto middle = view.original(lens, {(a.x + b.x) / 2, (a.y + b.y) / 2});
+    if (!middle) return false;
+    const double off = std::hypot(middle->x - (oa.x + ob.x) / 2, middle->y - (oa.y + ob.y) / 2);
+    if (off > 0.25 * std::hypot(oa.x - ob.x, oa.y - ob.y)) return false;
+  }
+  corners = out;
+  return true;
+}
+
 }  // namespace
 
 Status TagDetectorOptions::validate() const {
@@ -140,29 +159,33 @@ Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
 Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
   std::vector<TagDetection> tags = inside_->look(picture);
+  // What a rectified view says of tags that were found plainly: a better start where edges are bent.
+  std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
     for (const ViewAxes& axes : views_of(*lens, inside_->options.rectify_beyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
       for (TagDetection tag : inside_->look(view.picture())) {
         tag.rectified = true;
-        bool seen = true;
-        for (PixelPosition& corner : tag.corners) {
-          const auto p = view.original(*lens, corner);
-          seen = seen && p;
-          if (p) corner = *p;
-        }
-        if (!seen) continue;
+        if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
         if (known == tags.end()) {
           tags.push_back(tag);
+          straight.emplace_back();
         } else if (known->rectified && known->decision_margin < tag.decision_margin) {
           *known = tag;
+        } else if (!known->rectified) {
+          straight[static_cast<std::size_t>(known - tags.begin())] = tag;
         }
       }
     }
   }
   if (inside_->options.refine)
-    for (TagDetection& tag : tags) inside_->refine(picture, tag);
+    for (std::size_t i = 0; i < tags.size(); ++i) {
+      inside_->refine(picture, tags[i]);
+      if (tags[i].refined || !straight[i]) continue;
+      inside_->refine(picture, *straight[i]);
+      if (straight[i]->refined) tags[i] = *straight[i];
+    }
   std::stable_sort(tags.begin(), tags.end(), [](const TagDetection& a, const TagDetection& b) {
     return std::pair(a.family, a.id) < std::pair(b.family, b.id);
   });

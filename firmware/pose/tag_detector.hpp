@@ -36,7 +36,7 @@ struct TagDetection {
   int hamming = 0;             ///< Bits that had to be corrected.
   double decision_margin = 0;  ///< Mean difference of a cell from the threshold, 0 to 255: below 20 is doubtful.
   bool refined = false;    ///< Whether all four corners are from corner_refiner; AprilTag's are good to half a pixel.
-  bool rectified = false;  ///< Found in a rectified view only.
+  bool rectified = false;  ///< Found in a rectified view, or refined from there.
 };
 
 struct TagDetectorOptions {
@@ -55,7 +55,8 @@ struct TagDetectorOptions {
   /// Matters where the picture is encoded (sRGB): a blurred edge's middle is then not half way between the values, and
   /// every tag looks up to half a pixel larger or smaller.
   std::vector<float> linear;
-  /// Half the angle from which on rectified views help, rad. Looking at them takes two to five times as long as at the picture.
+  /// Half the angle from which on rectified views help, rad. Looking at them takes two to five times as long as at the
+  /// picture.
   double rectify_beyond_rad = 0.7;
   int threads = 1;
 
@@ -72,7 +73,8 @@ class TagDetector {
   ~TagDetector();
 
   /// All tags in the picture, by family and number; the same number twice where it is there twice. `lens`, where given,
-  /// adds rectified views. invalid_argument: a picture that does not validate.
+  /// adds rectified views; a tag across the seam of a picture of the whole sphere is not found. invalid_argument: a
+  /// picture that does not validate.
   [[nodiscard]] Result<std::vector<TagDetection>> detect(const GreyPicture& picture, const CameraModel* lens = nullptr);
 
  private:

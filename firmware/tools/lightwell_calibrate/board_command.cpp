@@ -27,13 +27,13 @@ constexpr const char* kHelp = R"(lightwell-calibrate board: a board of AprilTags
   --first-id N         number of the bottom left tag; numbers grow to the right, then upwards [0]
   --paper P            a4, a3 or letter, turned where the board fits that way only [a4]
   --dpi D              of a PNG [300]
-  --output FILE        .pdf and .svg (vectors), .png, or .yaml (what calibrations read: Kalibr's aprilgrid); may be given
-                       several times
+  --output FILE        .pdf and .svg (vectors), .png, or .yaml (what calibrations read: Kalibr's aprilgrid); may be
+                       given several times
   --json FILE          write what was laid out where; - is standard output
   --help               this text
 
-The sheet bears its numbers in words and a ruler: print at 100 %, measure the ruler, and give the measured tag size (24 mm
-times measured / 100) to what reads the board. Glue it onto something flat: paper bends by more than calibration notices.
+The sheet bears its numbers in words and a ruler. Print at 100 %, measure the ruler, and give the tag size times
+measured / 100 mm to what reads the board. Glue it onto something flat: paper that bends spoils a calibration.
 Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
 )";
 

@@ -25,15 +25,15 @@ constexpr const char* kHelp =
     R"(lightwell-calibrate mounting: where in the room the probe hangs, from tags whose places are known.
 
   lightwell-calibrate mounting --calibration RIG.textproto --tags room.csv front.png --lens 1 back.png
-  lightwell-calibrate mounting --calibration RIG.textproto --board board.yaml --board-pose 0,1.2,-2,0,0,0,1 front.png --json -
+  lightwell-calibrate mounting --calibration RIG.textproto --board board.yaml --board-pose 0,1.2,-2,0,0,0,1 a.png --json -
   lightwell-calibrate mounting --gravity 0.1,9.8,-0.3
 
   --calibration FILE   what each pixel means (proto/lightwell/v1/calibration.proto, text format)
   --tags FILE          which tag hangs where: CSV with the columns family, id, size_m, tx, ty, tz, qx, qy, qz, qw,
                        T_world_tag in metres; a tag's frame: its centre, +X right, +Y up, +Z towards who reads it
   --board FILE         a board that hangs in the room, Kalibr's YAML ...
-  --board-pose P       ... and its T_world_board: tx,ty,tz,qx,qy,qz,qw; its frame: the bottom left corner of its bottom left
-                       tag, axes as a tag's
+  --board-pose P       ... and its T_world_board: tx,ty,tz,qx,qy,qz,qw; its frame: the bottom left corner of its
+                       bottom left tag, axes as a tag's
   --lens N             lens of the rig that the pictures after it belong to [0]
   --gravity X,Y,Z      up in the probe's frame, as a resting accelerometer reads it; without pictures all that is known
   --gravity-sigma-deg S   its uncertainty [1]

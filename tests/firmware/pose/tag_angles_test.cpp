@@ -2,6 +2,9 @@
 #include <cmath>
 #include <iomanip>
 #include <iostream>
+#include <numbers>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -66,6 +69,80 @@ TEST(TagAngles, RectifiedViewsFindTagsOutToTheRim) {
     EXPECT_GE(all.there, 14) << name;
     EXPECT_GE(all.rectified, 0.97 * all.there) << name;
   }
+}
+
+TEST(TagAngles, ACoarseModelOfTheLensServesForTheViews) {
+  const LensParameters lens = test::fisheye_lens(800);
+  LensParameters coarse = lens;
+  KannalaBrandtParameters k = std::get<KannalaBrandtParameters>(lens.model);
+  k.k1 = k.k2 = 0;
+  k.fx = k.fy = k.fx * 0.95;
+  k.cx += 8;
+  coarse.model = k;
+  std::vector<PlacedBoard> boards;
+  add_ring(boards, 70, 6, 0.54);
+  const BoardPicture picture = BoardCamera(lens).take(kOrigin, boards);
+  const CameraModel model(coarse);
+  auto detector = TagDetector::make();
+  ASSERT_TRUE(detector);
+  const auto tags = detector->detect(picture.view(), &model);
+  ASSERT_TRUE(tags);
+  EXPECT_EQ(tags->size(), boards.size());
+  const test::CornerErrors e = test::errors_of(*tags, picture);
+  EXPECT_EQ(e.refined, e.corners);
+  EXPECT_LT(e.rms(), 0.05) << "corners are measured in the picture, not through the model";
+}
+
+TEST(TagAngles, InAPictureOfTheWholeSphereTagsAreFoundNearItsPolesToo) {
+  LensParameters lens;
+  lens.width = 1600;
+  lens.height = 800;
+  lens.model = EquirectangularParameters{};
+  lens.max_angle_rad = std::numbers::pi;
+  lens.pose_cv.rotation = upright_lens_cv();
+  const BoardCamera camera(lens);
+  std::vector<PlacedBoard> boards;
+  // Around the vertical: 20 degrees from straight up, and all round below.
+  for (const auto& [height, count] : {std::pair{70.0, 3}, std::pair{30.0, 7}, std::pair{-50.0, 5}})
+    for (int i = 0; i < count; ++i) {
+      const double a = 360.0 * i / count * test::kDegree, h = height * test::kDegree;
+      const Vec3d at{std::cos(h) * std::sin(a), std::sin(h), -std::cos(h) * std::cos(a)};
+      boards.push_back(test::board_facing(test::single_tag(static_cast<int>(boards.size()), 0.2), at, -at, 0.3 * i));
+    }
+  BoardPicture picture = camera.take(kOrigin, boards);
+  EXPECT_EQ(picture.tags.size(), boards.size());
+  // Behind, where the picture's left edge is its right edge.
+  boards.push_back(test::board_facing(test::single_tag(99, 0.2), {0, 0, 1}, {0, 0, -1}));
+  picture.pixels = camera.take(kOrigin, boards).pixels;
+  auto detector = TagDetector::make();
+  ASSERT_TRUE(detector);
+  const auto plain = detector->detect(picture.view()), views = detector->detect(picture.view(), &camera.model());
+  ASSERT_TRUE(plain && views);
+  const test::CornerErrors e = test::errors_of(*views, picture);
+  std::cout << "whole sphere: " << picture.tags.size() << " tags, " << plain->size() << " found plainly, "
+            << views->size() << " with views, RMS " << e.rms() << " px\n";
+  EXPECT_EQ(views->size(), picture.tags.size());
+  EXPECT_LT(e.rms(), 0.05);
+}
+
+TEST(TagAngles, AFlatBoardInFrontOfTheLensIsSeenWhole) {
+  const BoardCamera camera(test::fisheye_lens(1000));
+  TagBoard board;
+  board.columns = board.rows = 8;
+  board.tag_size_m = 0.03;
+  // So near that its middle is 24 cm away and its corners 43 degrees from the axis.
+  const std::vector<PlacedBoard> boards = {test::board_facing(board, {0, 0, -0.24}, {0, 0, 1}, 0.1)};
+  const BoardPicture picture = camera.take(kOrigin, boards);
+  ASSERT_EQ(picture.tags.size(), 64u);
+  auto detector = TagDetector::make();
+  ASSERT_TRUE(detector);
+  const auto plain = detector->detect(picture.view()), views = detector->detect(picture.view(), &camera.model());
+  ASSERT_TRUE(plain && views);
+  const test::CornerErrors e = test::errors_of(*views, picture);
+  std::cout << "board of 64 tags: " << plain->size() << " found plainly, " << views->size() << " with views, RMS "
+            << e.rms() << " px\n";
+  EXPECT_GE(views->size(), 62u);
+  EXPECT_LT(e.rms(), 0.05);
 }
 
 }  // namespace

@@ -89,6 +89,45 @@ TEST(TagDetector, FindsFamiliesTogetherAndTellsThemApart) {
   EXPECT_EQ(detector().detect(picture.view())->size(), 1u) << "a family that was not asked for";
 }
 
+/// 2 x 2 tags of tag36h11 as Kalibr prints them, or with one of its two ways taken away: frames of `frame` cells, and
+/// black squares of the gap's size where four gaps meet, which touch the tags' corners.
+std::vector<std::uint8_t> kalibrs_print(int frame, bool squares) {
+  constexpr int kCell = 6, kEdge = 400;
+  const int tag = (6 + 2 * frame) * kCell, gap = tag * 3 / 10, first = 60;
+  std::vector<std::uint8_t> pixels(kEdge * kEdge, 220);
+  const auto black = [&](int left, int top, int size) {
+    for (int y = top; y < top + size; ++y)
+      for (int x = left; x < left + size; ++x) pixels[static_cast<std::size_t>(y * kEdge + x)] = 20;
+  };
+  for (int id = 0; id < 4; ++id) {
+    const TagBitmap bitmap = tag_bitmap(TagFamily::tag36h11, id).value();
+    const int left = first + (id % 2) * (tag + gap), top = first + (id / 2) * (tag + gap);
+    black(left, top, tag);
+    for (int row = 0; row < 6; ++row)
+      for (int column = 0; column < 6; ++column)
+        if (!bitmap.is_dark(column + 2, row + 2))
+          for (int y = 0; y < kCell; ++y)
+            for (int x = 0; x < kCell; ++x)
+              pixels[static_cast<std::size_t>((top + (row + frame) * kCell + y) * kEdge + left +
+                                              (column + frame) * kCell + x)] = 220;
+  }
+  if (squares)
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column)
+        black(first - gap + column * (tag + gap), first - gap + row * (tag + gap), gap);
+  return pixels;
+}
+
+TEST(TagDetector, BoardsThatKalibrPrintedAreNotRead) {
+  const auto found = [](int frame, bool squares) {
+    const auto pixels = kalibrs_print(frame, squares);
+    return detector().detect({pixels, 400, 400, 400})->size();
+  };
+  EXPECT_EQ(found(1, false), 4u) << "as this project prints them";
+  EXPECT_EQ(found(2, false), 0u) << "a frame of two cells";
+  EXPECT_EQ(found(2, true), 0u) << "and squares between, as Kalibr has them";
+}
+
 TEST(TagDetector, ACoveredCornerIsNotInvented) {
   BoardPicture picture = camera().take(kOrigin, board_ahead(0));
   const auto before = detector().detect(picture.view());

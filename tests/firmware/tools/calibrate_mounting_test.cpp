@@ -1,6 +1,8 @@
 // From pictures in files and a list of tags to where the probe hangs.
+#include <algorithm>
 #include <cmath>
-#include <regex>
+#include <cstdio>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -77,11 +79,13 @@ const Room& room() {
 /// The numbers of a JSON list that follows `name`.
 std::vector<double> numbers_after(const std::string& json, const std::string& name) {
   const auto start = json.find('[', json.find("\"" + name + "\""));
-  const std::string list = json.substr(start, json.find(']', start) - start);
+  std::string list = json.substr(start + 1, json.find(']', start) - start - 1);
+  // The first row of a list of lists.
+  std::replace(list.begin(), list.end(), '[', ' ');
+  std::replace(list.begin(), list.end(), ',', ' ');
+  std::istringstream words(list);
   std::vector<double> out;
-  const std::regex number("[-+0-9.e]+");
-  for (auto i = std::sregex_iterator(list.begin(), list.end(), number); i != std::sregex_iterator(); ++i)
-    out.push_back(std::stod(i->str()));
+  for (double value = 0; words >> value;) out.push_back(value);
   return out;
 }
 
