@@ -45,6 +45,7 @@ TEST(V4l2Replug, FramesComeAgainWithinTwoSeconds) {
   ASSERT_TRUE(open.watch.more_come(1));
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - back;
   EXPECT_LT(took.count(), 2.0);
+  RecordProperty("back_after_ms", static_cast<int>(1000 * took.count()));
   EXPECT_EQ(open.camera->state(), State::streaming);
   const std::uint64_t first = open.watch.seen()[before].info.sequence;
   EXPECT_GE(first - last - 1, 20U) << "0.4 s at 50 frames a second were lost";

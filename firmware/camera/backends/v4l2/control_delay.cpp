@@ -54,7 +54,8 @@ class StepMeter {
 
   /// The frames until `frames` more have come and none waits. Failure where the device stops.
   [[nodiscard]] Status watch(int frames) {
-    for (int came = 0;;) {
+    // Frames that come faster than they can be looked at never leave off waiting.
+    for (int came = 0; came < 4 * frames;) {
       v4l2_buffer buffer;
       const int failed = device_.dequeue(buffer);
       if (failed == EAGAIN) {
@@ -72,6 +73,9 @@ class StepMeter {
         return device_.error("takes no buffer", refused);
       ++came;
     }
+    return {
+        StatusCode::resource_exhausted,
+        "v4l2: (" + device_.card() + ") sends frames faster than they can be read here: ask for a lower rate or size"};
   }
 
   /// Settles, sets `code`, and says how long that took to show; nothing where it does not, or where it was set while
