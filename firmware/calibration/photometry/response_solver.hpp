@@ -2,8 +2,9 @@
 //   g(Z_ij) = ln E_i + ln t_j        g = ln of the linear value, E_i the light at pixel i, t_j exposure * gain
 // weighed by a hat over the values, with a smoothness term. What differs from the paper: g is looked for as a departure from
 // the closed curve that comes nearest, and the smoothness is that of the departure, so that a curve which is closed is not
-// bent; how smooth is decided by the data (restricted maximum likelihood, Wahba 1985); observations that disagree, such as
-// things that moved, lose their weight (Tukey's biweight).
+// bent; how smooth is decided by the data (restricted maximum likelihood, Wahba 1985); the hat's top is near white, and it
+// goes by the values that the fit expects; observations that disagree, such as things that moved, lose their weight (Tukey's
+// biweight).
 #pragma once
 
 #include <lightwell/calibration.hpp>

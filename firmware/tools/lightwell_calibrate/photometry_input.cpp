@@ -1,0 +1,86 @@
+#include "tools/lightwell_calibrate/photometry_input.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <sstream>
+
+#include "camera/backends/replay/frame_list.hpp"
+#include "camera/image_file.hpp"
+
+namespace lightwell::calibrate {
+namespace {
+
+namespace fs = std::filesystem;
+
+Status invalid(const std::string& what) { return {StatusCode::invalid_argument, what}; }
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+}  // namespace
+
+Result<std::vector<ListedPicture>> list_pictures(const std::string& folder, const PictureKind& kind) {
+  const std::string list = (fs::path(folder) / "frames.csv").string();
+  std::ifstream file(list, std::ios::binary);
+  if (!file)
+    return Status(StatusCode::not_found,
+                  list + ": not there; the folder lists its pictures in it, a line each under file,exposure_s,time_s");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const Result<std::vector<replay::ListedFrame>> frames = replay::parse_frame_list(text, list);
+  if (!frames) return frames.status();
+  std::vector<ListedPicture> out;
+  for (const replay::ListedFrame& frame : *frames) {
+    const auto lens = static_cast<std::size_t>(kind.lens);
+    if (frame.files.size() > 1 && lens >= frame.files.size())
+      return invalid(list + ": no picture of lens " + std::to_string(kind.lens) + "; see --lens");
+    const std::string& name = frame.files.size() > 1 ? frame.files[lens] : frame.files.front();
+    out.push_back({(fs::path(folder) / name).string(), name, frame.info.exposure_s, frame.info.gain});
+  }
+  return out;
+}
+
+Result<photometry::Picture> read_picture(const std::string& path, const PictureKind& kind) {
+  const Result<Image> image = read_image(path);
+  if (!image) return image.status();
+  if (image->width != kind.width || image->height != kind.height)
+    return invalid(path + ": it has " + std::to_string(image->width) + "x" + std::to_string(image->height) +
+                   " pixels, the calibration of lens " + std::to_string(kind.lens) + " speaks of " +
+                   std::to_string(kind.width) + "x" + std::to_string(kind.height));
+  const View view{kind.lens, image->format, image->width, image->height, image->stride(), image->data};
+  return photometry::picture_of(view, path, kind.float_levels);
+}
+
+Result<std::map<std::string, double>> read_angles(const std::string& folder) {
+  std::map<std::string, double> out;
+  const std::string path = (fs::path(folder) / "angles.csv").string();
+  std::error_code error;
+  if (!fs::exists(path, error)) return out;
+  std::ifstream file(path);
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const auto bad = [&](const std::string& what) { return invalid(path + ":" + std::to_string(number) + ": " + what); };
+    if (trimmed(line).empty()) continue;
+    const auto comma = line.find(',');
+    if (comma == std::string::npos || line.find(',', comma + 1) != std::string::npos) return bad("two columns are wanted: file,angle_deg");
+    const std::string name = trimmed(line.substr(0, comma)), value = trimmed(line.substr(comma + 1));
+    if (number == 1) {
+      if (name != "file" || value != "angle_deg") return bad("the first line must be file,angle_deg");
+      continue;
+    }
+    double degrees = 0;
+    const auto [end, wrong] = std::from_chars(value.data(), value.data() + value.size(), degrees);
+    if (wrong != std::errc() || end != value.data() + value.size() || !(degrees >= 0 && degrees <= 180))
+      return bad("angle_deg '" + value + "' is no angle of 0 to 180");
+    if (!out.emplace(name, degrees * std::numbers::pi / 180).second) return bad(name + " is there twice");
+  }
+  if (out.empty()) return invalid(path + ": no angle is listed; without this file angles are those of the lens's geometry");
+  return out;
+}
+
+}  // namespace lightwell::calibrate
