@@ -25,7 +25,7 @@ constexpr const char* kHelp =
     R"(lightwell-calibrate mounting: where in the room the probe hangs, from tags whose places are known.
 
   lightwell-calibrate mounting --calibration RIG.textproto --tags room.csv front.png --lens 1 back.png
-  lightwell-calibrate mounting --calibration RIG.textproto --board board.yaml --board-pose 0,1.2,-2,0,0,0,1 a.png --json -
+  lightwell-calibrate mounting --calibration RIG.textproto --board board.yaml --board-pose 0,1.2,-2,0,0,0,1 a.png
   lightwell-calibrate mounting --gravity 0.1,9.8,-0.3
 
   --calibration FILE   what each pixel means (proto/lightwell/v1/calibration.proto, text format)
