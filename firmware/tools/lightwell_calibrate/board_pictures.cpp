@@ -8,6 +8,7 @@
 #include <set>
 
 #include "calibration/camera_model.hpp"
+#include "calibration/response.hpp"
 #include "camera/image_file.hpp"
 #include "pose/tag_detector.hpp"
 
@@ -83,9 +84,6 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
       for (const Vec3d& corner : board.corners(id)) out.boards.back().points.push_back(corner);
   }
   options.families.assign(families.begin(), families.end());
-  Result<TagDetector> detector = TagDetector::make(options);
-  if (!detector) return detector.status();
-
   std::vector<std::vector<std::string>> files;
   std::set<std::string> names;
   std::size_t total = 0, done = 0;
@@ -100,6 +98,12 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
   for (const std::string& name : names) captures.emplace(name, static_cast<int>(captures.size()));
 
   for (std::size_t lens = 0; lens < files.size(); ++lens) {
+    PhotometricCalibration photometry;
+    photometry.response.kind = ResponseCurve::Kind::srgb;
+    if (lens < in.photometry.size()) photometry = in.photometry[lens];
+    options.linear = linear_table(photometry, 256);
+    Result<TagDetector> detector = TagDetector::make(options);
+    if (!detector) return detector.status();
     std::string first;
     for (const std::string& file : files[lens]) {
       const Result<Image> image = read_image(file);

@@ -17,6 +17,9 @@ struct BoardPictures {
   /// Files and folders, a list for each lens.
   std::vector<std::vector<std::string>> lenses;
   std::vector<std::string> boards;  ///< Kalibr's YAML.
+  /// By lens, what picture values mean; where it is not given, pictures are sRGB. A blurred edge is half way between black and
+  /// white in light, not in values: told wrong, every tag looks a third of a pixel smaller all around.
+  std::vector<PhotometricCalibration> photometry;
   double rate_hz = 0;  ///< Pictures a second, where they were taken one after another; 0: nothing is known of their times.
 };
 

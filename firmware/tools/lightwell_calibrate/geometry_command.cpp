@@ -115,6 +115,14 @@ RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes,
   return rig;
 }
 
+/// Radius of the field in the picture, px; 0 where it has none.
+double circle_of(const LensParameters& lens) {
+  const double t = lens.max_angle_rad * (1 - 1e-9);
+  const CameraModel camera(lens);
+  const auto middle = camera.project({0, 0, 1}), rim = camera.project({std::sin(t), 0, std::cos(t)});
+  return middle && rim ? std::hypot(rim->x - middle->x, rim->y - middle->y) : 0;
+}
+
 void print_json(const GeometryFit& fit) {
   std::printf("{\"rms_px\": %.6g, \"sigma_px\": %.6g, \"lenses\": [", fit.bundle.rms_px, fit.bundle.sigma_px);
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
@@ -170,7 +178,7 @@ int geometry_command(std::span<char* const> arguments) {
   app.add_option("--model", model, "kannala-brandt, double-sphere or mei [kannala-brandt]")
       ->check(CLI::IsMember({"kannala-brandt", "double-sphere", "mei"}));
   app.add_option("--field-deg", field_deg, "Field of view of the lenses; without it they end where boards were seen")->check(CLI::Range(1.0, 360.0));
-  app.add_option("--calibration", calibration, "A rig whose photometry is kept");
+  app.add_option("--calibration", calibration, "A rig whose photometry is kept, and says what picture values mean [sRGB]");
   app.add_option("--report", report, "A picture of points and residuals, .png or .svg");
   app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures a second, of a rig that moves; asked for by --time-offset")->check(CLI::PositiveNumber);
   app.add_flag("--time-offset", offset, "Find how much later lens 1 takes its pictures");
@@ -186,6 +194,7 @@ int geometry_command(std::span<char* const> arguments) {
     Result<RigParameters> loaded = load_calibration(calibration);
     if (!loaded) return fail("geometry", loaded.status());
     before = std::move(*loaded);
+    for (const LensParameters& lens : before->lenses) in.pictures.photometry.push_back(lens.photometry);
   }
   in.pictures.lenses = {in.lens0};
   if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
@@ -217,7 +226,8 @@ int geometry_command(std::span<char* const> arguments) {
   if (const Status s = write_atomically(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
   if (!report.empty()) {
     std::vector<Coverage> covered;
-    for (int k = 0; k < static_cast<int>(rig.lenses.size()); ++k) covered.push_back(coverage(fit->used, k, 0));
+    for (std::size_t k = 0; k < rig.lenses.size(); ++k)
+      covered.push_back(coverage(fit->used, static_cast<int>(k), circle_of(rig.lenses[k])));
     if (const Status s = draw_lenses(fit->used, covered, fit->bundle.residuals, "lightwell-calibrate geometry: " + output, report); !s.ok())
       return fail("geometry", s);
   }

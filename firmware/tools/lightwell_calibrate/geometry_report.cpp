@@ -7,7 +7,7 @@
 namespace lightwell::calibrate {
 namespace {
 
-constexpr double kPanel = 640, kMargin = 40, kEnlarged = 200;
+constexpr double kPanel = 640, kMargin = 40, kEnlarged = 100;
 constexpr eval::Ink kFrame{60, 60, 60}, kPoint{60, 110, 190}, kMiss{200, 60, 40}, kLack{230, 150, 150}, kText{30, 30, 30};
 
 }  // namespace
@@ -56,7 +56,7 @@ Status draw_lenses(const calibration::Sightings& s, std::span<const calibration:
   }
   chart.height = lowest + 50;
   chart.words.push_back({std::string("points in blue; crosses: cells that fewer than ") + std::to_string(calibration::Coverage::kEnough) +
-                             " pictures show a point in" + (residuals.empty() ? "" : "; red lines: residuals, 200 times enlarged"),
+                             " pictures show a point in" + (residuals.empty() ? "" : "; red lines: residuals, 100 times enlarged"),
                          {kMargin, lowest + 28}, 13, kText, eval::Anchor::start, false});
   return path.ends_with(".svg") ? eval::write_svg(chart, path) : eval::write_png(chart, path);
 }

@@ -57,6 +57,7 @@ struct Shown {
       const Vec3d towards = -to * std::cos(tilt) + tangents[static_cast<std::size_t>(i / 2 % 2)] * std::sin(tilt);
       test::PictureOptions options;
       options.seed = static_cast<std::uint64_t>(i + 1);
+      options.srgb = true;
       const test::PlacedBoard placed = test::board_facing(tags, to * (0.14 + 0.02 * (i % 4)), towards, 0.9 * i);
       const auto taken = camera.take({}, std::span(&placed, 1), options);
       Image image;
