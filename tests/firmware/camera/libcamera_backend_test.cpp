@@ -195,6 +195,19 @@ TEST(LibcameraFrames, OfTwoCamerasInABracketComeAtTheFullRateOnceTheirCyclesAreA
   EXPECT_LE(frames[15].truths[0].number, 60U) << "they agree soon";
 }
 
+TEST(LibcameraFrames, OfTwoCamerasFindTheSameExposureAgainWhenOneHasLostAFrame) {
+  // The exposure that was meant for the lost frame goes to the next one: the cycles are one apart from then on.
+  Cameras cameras = one(saying(true, 20'000));
+  SimulatedCameraOptions losing = saying(true, 20'000);
+  losing.id = "losing";
+  losing.lost_every = 50;
+  cameras.push_back(std::make_shared<SimulatedCamera>(losing));
+  const std::vector<Told> frames = frames_of(cameras, kBracket, 60);
+  expect_true_exposures(frames);
+  ASSERT_GE(frames.size(), 60U);
+  EXPECT_LE(frames[59].truths[0].number - frames[0].truths[0].number, 110U);
+}
+
 TEST(LibcameraFrames, OfTwoCamerasInABracketHaveTheSameExposure) {
   for (const bool says : {true, false}) {
     const std::vector<Told> frames = frames_of(pair(saying(says), std::chrono::milliseconds(4)), kBracket, 12);
