@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <lightwell/calibration.hpp>
 #include <numbers>
@@ -206,14 +207,12 @@ TEST_F(PhotometryCommand, AWrongInputIsNamedAndNothingIsReplaced) {
   EXPECT_THAT(refused({"--grey", at("card/0.png") + ":600,200,120,80"}), HasSubstr("outside the picture"));
   EXPECT_THAT(refused({"--dark", at("dark"), "--lens", "2"}), HasSubstr("--lens 2"));
   EXPECT_THAT(refused({"--dark", at("dark"), "--report", at("no/report.png")}), HasSubstr("cannot write"));
-  folder_->write("lamp2.csv", "");
   fs::create_directories(at("small"));
   ASSERT_TRUE(write_png(at("small/0.png"), {16, 16, PixelFormat::rgb8, std::vector<std::byte>(768)}).ok());
   folder_->write("small/frames.csv", "file,exposure_s,time_s\n0.png,0.01,0\n");
   EXPECT_THAT(refused({"--dark", at("small")}), HasSubstr("16x16 pixels, the calibration of lens 0 speaks of 640x480"));
   fs::copy(at("card/0.png"), at("alone.png"));
   EXPECT_THAT(refused({"--grey", at("alone.png") + ":260,200,120,80", "--nits", "5"}), HasSubstr("--grey-exposure-s"));
-  folder_->write("lamp/angles.csv.bad", "");
   fs::create_directories(at("turned"));
   fs::copy(at("card/0.png"), at("turned/0.png"));
   folder_->write("turned/frames.csv", "file,exposure_s,time_s\n0.png,0.01,0\n");
