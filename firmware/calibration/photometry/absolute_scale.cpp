@@ -1,9 +1,10 @@
 #include "calibration/photometry/absolute_scale.hpp"
 
 #include <cmath>
-#include <lightwell/color.hpp>
 #include <numbers>
 #include <string>
+
+#include <lightwell/color.hpp>
 
 namespace lightwell::photometry {
 namespace {
@@ -32,11 +33,13 @@ Result<AbsoluteScale> solve_absolute_scale(const PatchMean& patch, const std::ar
   if (!positive(reading.nits) || !(reading.deviation >= 0)) return invalid("the reading must be positive");
   if (!positive(exposure.exposure_s) || !positive(exposure.gain))
     return invalid("exposure and gain of the patch's picture must be given and positive");
-  if (!(exposure.vignetting >= 0.05)) return invalid("the patch lies where the lens sees next to nothing; put it into the middle");
+  if (!(exposure.vignetting >= 0.05))
+    return invalid("the patch lies where the lens sees next to nothing; put it into the middle");
   std::array<double, 3> seen{};
   double variance = 0;
   for (std::size_t c = 0; c < 3; ++c) {
-    if (!positive(patch.mean[c]) || !positive(white_balance[c])) return invalid("a channel of the patch is not positive");
+    if (!positive(patch.mean[c]) || !positive(white_balance[c]))
+      return invalid("a channel of the patch is not positive");
     seen[c] = white_balance[c] * patch.mean[c];
     const double share = static_cast<double>(kLuminanceWeights[c]) * white_balance[c] * patch.deviation[c];
     variance += share * share;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+
 #include <lightwell/result.hpp>
 
 #include "calibration/photometry/patch.hpp"
@@ -32,7 +33,8 @@ struct AbsoluteScale {
 };
 
 /// nits_per_unit = nits / (luminance of white_balance * x / (exposure_s * gain * vignetting)).
-[[nodiscard]] Result<AbsoluteScale> solve_absolute_scale(const PatchMean& patch, const std::array<double, 3>& white_balance,
+[[nodiscard]] Result<AbsoluteScale> solve_absolute_scale(const PatchMean& patch,
+                                                         const std::array<double, 3>& white_balance,
                                                          const PatchExposure& exposure, const MeterReading& reading);
 
 }  // namespace lightwell::photometry

@@ -171,7 +171,8 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
   // The upper half alone: the lower one may be cut.
   const double spread = std::max(histogram.quantile(0.8413) - *value, 0.25 / top);
   if (spread > 0.1)
-    return invalid("the values differ by " + std::to_string(spread) + " of full scale: some light comes in; cover the lens");
+    return invalid("the values differ by " + std::to_string(spread) +
+                   " of full scale: some light comes in; cover the lens");
   const int first = std::max(0, static_cast<int>(std::floor((*value - kWindow * spread) * top)) - 2);
   const int last = std::min(histogram.levels() - 1, static_cast<int>(std::ceil((*value + kWindow * spread) * top)) + 2);
 
@@ -197,8 +198,9 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
     out.read_deviation = in_x(code / 2);
     return out;
   }
-  const Grouped gauss = GroupedLikelihood(histogram, response, first, last)
-                            .solve(linear_at(*value), std::max(linear_at(*value + spread) - linear_at(*value), 0.2 * code));
+  const Grouped gauss =
+      GroupedLikelihood(histogram, response, first, last)
+          .solve(linear_at(*value), std::max(linear_at(*value + spread) - linear_at(*value), 0.2 * code));
   if (!(gauss.mean_variance > 0) || !std::isfinite(gauss.mean) || !(gauss.deviation > 0.15 * code)) {
     out.resolved = false;
     out.black_level = std::clamp(linear_at(*value), 0.0, 0.49);

@@ -1,9 +1,10 @@
 // Black level and read noise from pictures that were taken with the lens covered.
 #pragma once
 
+#include <span>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
-#include <span>
 
 #include "calibration/photometry/picture.hpp"
 
@@ -23,9 +24,9 @@ struct DarkEstimate {
 /// invalid_argument where there is no picture or it is not dark.
 [[nodiscard]] Result<double> dark_value_of(std::span<const Picture> pictures);
 
-/// Mean and deviation of a Gaussian that was rounded to codes and cut at the lowest, by maximum likelihood of the codes'
-/// counts (grouped data: Kulldorff 1961), which neither rounding nor a black level of 0 biases. Where nothing is cut and
-/// rounding hides nothing, read noise is that of differences between pictures: without the fixed pattern.
+/// Mean and deviation of a Gaussian that was rounded to codes and cut at the lowest, by maximum likelihood of the
+/// codes' counts (grouped data: Kulldorff 1961), which neither rounding nor a black level of 0 biases. Where nothing is
+/// cut and rounding hides nothing, read noise is that of differences between pictures: without the fixed pattern.
 /// `gain`: of all pictures. invalid_argument for fewer than two pictures, unequal ones, ones that are not dark, and
 /// two that are the same file.
 [[nodiscard]] Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const ResponseCurve& response,

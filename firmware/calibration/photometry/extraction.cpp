@@ -13,8 +13,8 @@ constexpr std::size_t kMostCandidates = 40000;
 constexpr int kTiles = 4;
 /// By so much of full scale a longer exposure may look darker and it is still noise.
 constexpr double kFall = 0.03;
-/// Noise may carry some pixels of a block above saturation while their mean is below; leaving those blocks out would leave
-/// the dark ones.
+/// Noise may carry some pixels of a block above saturation while their mean is below; leaving those blocks out would
+/// leave the dark ones.
 constexpr double kAbove = 0.015;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "response: " + what}; }
@@ -72,7 +72,8 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   if (const Status s = options.validate(); !s.ok()) return s;
   if (const Status s = check_alike(pictures, 3, "response"); !s.ok()) return s;
   if (exposures.size() != pictures.size())
-    return invalid(std::to_string(exposures.size()) + " exposures for " + std::to_string(pictures.size()) + " pictures");
+    return invalid(std::to_string(exposures.size()) + " exposures for " + std::to_string(pictures.size()) +
+                   " pictures");
   const Picture& first = pictures.front();
   std::vector<std::size_t> order(exposures.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

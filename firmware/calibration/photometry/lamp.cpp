@@ -12,7 +12,8 @@
 namespace lightwell::photometry {
 namespace {
 
-/// The lamp's pixels are those of more than this share of its peak, and a rim of pixels around them for what the lens blurs.
+/// The lamp's pixels are those of more than this share of its peak, and a rim of pixels around them for what the lens
+/// blurs.
 constexpr double kShareOfPeak = 0.1;
 constexpr double kRim = 3;
 
@@ -68,7 +69,8 @@ Blob grow(const Sites& s, const std::vector<double>& light, std::size_t peak, do
   out.x /= total;
   out.y /= total;
   for (const std::size_t at : found)
-    out.radius = std::max(out.radius, std::hypot(static_cast<double>(at % width) - out.x, static_cast<double>(at / width) - out.y));
+    out.radius = std::max(out.radius,
+                          std::hypot(static_cast<double>(at % width) - out.x, static_cast<double>(at / width) - out.y));
   return out;
 }
 
@@ -87,11 +89,14 @@ Result<LampFinder> LampFinder::make(const LensParameters& lens) {
 
 Result<LampSighting> LampFinder::find(const Picture& picture, double exposure, std::optional<double> angle_rad,
                                       const std::string& name) const {
-  const auto invalid = [&](const std::string& what) { return Status(StatusCode::invalid_argument, name + ": " + what); };
+  const auto invalid = [&](const std::string& what) {
+    return Status(StatusCode::invalid_argument, name + ": " + what);
+  };
   const int pitch = picture.pitch;
   if (picture.width * pitch != lens_.width || picture.height * pitch != lens_.height)
     return invalid("it has " + std::to_string(picture.width * pitch) + "x" + std::to_string(picture.height * pitch) +
-                   " pixels, the calibration speaks of " + std::to_string(lens_.width) + "x" + std::to_string(lens_.height));
+                   " pixels, the calibration speaks of " + std::to_string(lens_.width) + "x" +
+                   std::to_string(lens_.height));
   if (!(exposure > 0) || !std::isfinite(exposure)) return invalid("its exposure must be positive");
   const PhotometricCalibration& p = lens_.photometry;
   Sites sites{picture.width, picture.height, {}, {}, {}};
@@ -136,7 +141,8 @@ Result<LampSighting> LampFinder::find(const Picture& picture, double exposure, s
     for (int x = static_cast<int>(std::floor(blob.x - outer)); x <= static_cast<int>(std::ceil(blob.x + outer)); ++x) {
       const double distance = std::hypot(x - blob.x, y - blob.y);
       if (distance > outer) continue;
-      const bool there = x >= 0 && y >= 0 && x < sites.width && y < sites.height && sites.solid_angle[sites.index(x, y)] > 0;
+      const bool there =
+          x >= 0 && y >= 0 && x < sites.width && y < sites.height && sites.solid_angle[sites.index(x, y)] > 0;
       if (!there && distance <= inner)
         return invalid("the lamp is cut by the edge of the picture or of the field; leave this picture out");
       if (!there) continue;
@@ -160,7 +166,8 @@ Result<LampSighting> LampFinder::find(const Picture& picture, double exposure, s
     out.angle_rad = *angle_rad;
     return out;
   }
-  const auto direction = CameraModel(lens_).unproject({pitch * blob.x + (pitch - 1) / 2.0, pitch * blob.y + (pitch - 1) / 2.0});
+  const auto direction =
+      CameraModel(lens_).unproject({pitch * blob.x + (pitch - 1) / 2.0, pitch * blob.y + (pitch - 1) / 2.0});
   if (!direction) return invalid("the lamp lies outside the field of view; leave this picture out");
   out.angle_rad = std::atan2(std::hypot(direction->x, direction->y), direction->z);
   return out;

@@ -24,7 +24,9 @@ Status invalid(const std::string& what) { return {StatusCode::invalid_argument, 
 class Linear {
  public:
   explicit Linear(const PhotometricCalibration& p) : p_(p) {}
-  [[nodiscard]] double x(double v) const { return (linearized(p_.response, v) - p_.black_level) / (1 - p_.black_level); }
+  [[nodiscard]] double x(double v) const {
+    return (linearized(p_.response, v) - p_.black_level) / (1 - p_.black_level);
+  }
   [[nodiscard]] double slope(double v) const {
     constexpr double kStep = 1.0 / 512;
     const double low = std::max(0.0, v - kStep), high = std::min(1.0, v + kStep);
@@ -99,7 +101,8 @@ Fit fit_line(const std::vector<Row>& rows) {
 
 }  // namespace
 
-Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs, const PhotometricCalibration& photometry) {
+Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
+                                             const PhotometricCalibration& photometry) {
   if (pairs.empty()) return invalid("no pair of flat pictures");
   const Linear linear(photometry);
   std::vector<NoiseLevel> out;
@@ -134,7 +137,8 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs, co
     }
     for (const Bin& bin : bins) {
       // Where tails are cut, so is the variance.
-      if (bin.differences.size() < kLeastCount || bin.cut > 1e-3 * static_cast<double>(bin.differences.size())) continue;
+      if (bin.differences.size() < kLeastCount || bin.cut > 1e-3 * static_cast<double>(bin.differences.size()))
+        continue;
       const auto size = static_cast<double>(bin.differences.size());
       const double slope = std::sqrt(bin.slope_squares / size);
       NoiseLevel level;
@@ -153,13 +157,15 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs, co
   if (out.empty() && hidden > 0)
     return invalid("rounding hides the noise: it is less than 0.3 of a code; take the flats at a higher gain");
   if (out.empty())
-    return invalid("no level has 200 pixels between dark and saturated; light the flats so that they are between 5 % and 90 %");
+    return invalid(
+        "no level has 200 pixels between dark and saturated; light the flats so that they are between 5 % and 90 %");
   return out;
 }
 
 Result<NoiseEstimate> solve_noise(std::span<const NoiseLevel> levels, const std::optional<DarkEstimate>& dark) {
   if (levels.size() < 3)
-    return invalid(std::to_string(levels.size()) + " levels of light, at least three are needed; take pairs at more exposures");
+    return invalid(std::to_string(levels.size()) +
+                   " levels of light, at least three are needed; take pairs at more exposures");
   std::vector<Row> rows;
   double lowest = levels.front().mean, highest = 0;
   for (const NoiseLevel& l : levels) {
@@ -184,7 +190,8 @@ Result<NoiseEstimate> solve_noise(std::span<const NoiseLevel> levels, const std:
   const double squared = std::max(0.0, fit.line(0)), squared_deviation = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
   out.read_noise = std::sqrt(squared);
   // The root's derivative has no end at 0, its values do.
-  out.read_deviation = std::min(squared_deviation / (2 * std::max(out.read_noise, 1e-12)), std::sqrt(squared_deviation));
+  out.read_deviation =
+      std::min(squared_deviation / (2 * std::max(out.read_noise, 1e-12)), std::sqrt(squared_deviation));
   out.covariance = {fit.covariance(0, 0), fit.covariance(0, 1), fit.covariance(1, 0), fit.covariance(1, 1)};
   out.scatter = fit.scatter;
   return out;

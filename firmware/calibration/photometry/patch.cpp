@@ -17,12 +17,14 @@ constexpr const char* kChannel[] = {"red", "green", "blue"};
 
 Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch, const PhotometricCalibration& photometry,
                              const std::string& name) {
-  const auto invalid = [&](const std::string& what) { return Status(StatusCode::invalid_argument, name + ": " + what); };
+  const auto invalid = [&](const std::string& what) {
+    return Status(StatusCode::invalid_argument, name + ": " + what);
+  };
   const int pitch = picture.pitch;
   // 64 bits: a patch is what somebody typed.
   const std::int64_t right = std::int64_t{patch.x} + patch.width, below = std::int64_t{patch.y} + patch.height;
-  if (patch.x < 0 || patch.y < 0 || patch.width < 1 || patch.height < 1 || right > std::int64_t{picture.width} * pitch ||
-      below > std::int64_t{picture.height} * pitch)
+  if (patch.x < 0 || patch.y < 0 || patch.width < 1 || patch.height < 1 ||
+      right > std::int64_t{picture.width} * pitch || below > std::int64_t{picture.height} * pitch)
     return invalid("the patch " + std::to_string(patch.x) + "," + std::to_string(patch.y) + "," +
                    std::to_string(patch.width) + "," + std::to_string(patch.height) + " lies outside the picture of " +
                    std::to_string(picture.width * pitch) + "x" + std::to_string(picture.height * pitch) + " pixels");
@@ -67,7 +69,8 @@ Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch, con
       return invalid("the patch is too dark in " + channel + " (" + std::to_string(mean) +
                      " of full scale); take it with a longer exposure");
     if (deviation > kMostUneven * mean || count < 0.9 * out.count)
-      return invalid("the patch is not even in " + channel + "; choose one that lies inside the card, without a shadow");
+      return invalid("the patch is not even in " + channel +
+                     "; choose one that lies inside the card, without a shadow");
     out.mean[static_cast<std::size_t>(c)] = mean;
     out.deviation[static_cast<std::size_t>(c)] = deviation / std::sqrt(count);
   }

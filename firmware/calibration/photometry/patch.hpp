@@ -2,9 +2,10 @@
 #pragma once
 
 #include <array>
+#include <string>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
-#include <string>
 
 #include "calibration/photometry/picture.hpp"
 
@@ -21,9 +22,9 @@ struct PatchMean {
   double count = 0;                   ///< Sites.
 };
 
-/// Means without what is more than five deviations off (a speck). invalid_argument naming `name`, with what to do: a patch of
-/// fewer than 16 sites or outside the picture, one of which more than a thousandth is saturated, one darker than 0.02 of full
-/// scale in some channel, and one that is not even (deviation above a fifth of the mean).
+/// Means without what is more than five deviations off (a speck). invalid_argument naming `name`, with what to do: a
+/// patch of fewer than 16 sites or outside the picture, one of which more than a thousandth is saturated, one darker
+/// than 0.02 of full scale in some channel, and one that is not even (deviation above a fifth of the mean).
 [[nodiscard]] Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch,
                                            const PhotometricCalibration& photometry, const std::string& name);
 

@@ -137,8 +137,7 @@ double absolute_loss(Samples samples, std::size_t pixels, const LogCurve& curve)
   const std::vector<double> logs = logs_of(samples, curve);
   const std::vector<double> light = median_light(samples, pixels, logs);
   double sum = 0;
-  for (std::size_t k = 0; k < samples.size(); ++k)
-    sum += samples[k].hat * std::abs(logs[k] - light[samples[k].pixel]);
+  for (std::size_t k = 0; k < samples.size(); ++k) sum += samples[k].hat * std::abs(logs[k] - light[samples[k].pixel]);
   return sum;
 }
 
@@ -243,9 +242,10 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
     basis(static_cast<Eigen::Index>(k), i) = 1 - share;
     if (i + 1 < n) basis(static_cast<Eigen::Index>(k), i + 1) = share;
   }
-  // Third differences of all knots, so that a curve's end beyond the last values goes on bending as it did; second ones, the
-  // paper's, would go on straight. Weighted not by the hat, whose ends are where smoothness is needed most, but by the square
-  // of the value: towards dark the logarithms of two curves depart from each other like that of the value.
+  // Third differences of all knots, so that a curve's end beyond the last values goes on bending as it did; second
+  // ones, the paper's, would go on straight. Weighted not by the hat, whose ends are where smoothness is needed most,
+  // but by the square of the value: towards dark the logarithms of two curves depart from each other like that of the
+  // value.
   constexpr std::array<double, 4> kDifference{-1, 3, -3, 1};
   Eigen::MatrixXd bend = Eigen::MatrixXd::Zero(knots - 3, n);
   for (Eigen::Index i = 0; i < knots - 3; ++i)
@@ -292,8 +292,8 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   out.fit = fit_light(samples, pixels, curve, 0, least_scale);
   out.freedom = solved.solve(normal).trace();
 
-  // Between pixels residuals are independent, within one they need not be: the sandwich of White 1980, a pixel a cluster.
-  // The penalty's own share is that of a prior (Wahba 1983), which covers what smoothing bends.
+  // Between pixels residuals are independent, within one they need not be: the sandwich of White 1980, a pixel a
+  // cluster. The penalty's own share is that of a prior (Wahba 1983), which covers what smoothing bends.
   const CentredSums sums = centred_sums(samples, basis, out.fit.residual, out.fit.weight);
   const double share = curvature_share(samples, out.fit);
   const Eigen::MatrixXd inverse = (share * sums.normal + stiffness * penalty).inverse();
@@ -302,8 +302,8 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   const Eigen::MatrixXd shared = exposure_deviation * exposure_deviation * sums.exposure * sums.exposure.transpose();
   out.covariance.topLeftCorner(n, n) =
       inverse * (small_sample * sums.meat + shared + variance * stiffness * penalty) * inverse;
-  // Between knots the departure is linear, which towards dark it is not: there it is like ln v, whose chord is off by 1/(8 k²)
-  // at the k-th knot, times the difference of two gammas.
+  // Between knots the departure is linear, which towards dark it is not: there it is like ln v, whose chord is off by
+  // 1/(8 k²) at the k-th knot, times the difference of two gammas.
   for (Eigen::Index k = 1; k < n; ++k) {
     const double chord = kGammaDifference / (8.0 * static_cast<double>(k * k));
     out.covariance(k, k) += chord * chord;

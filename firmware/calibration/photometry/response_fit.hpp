@@ -1,10 +1,11 @@
 // Inside of response_solver: curves fitted to ln g(Z) = ln E + ln t with the light of each pixel eliminated.
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 #include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace lightwell::photometry {
 
@@ -13,8 +14,8 @@ struct ResponseSample {
   std::size_t pixel = 0, exposure = 0;
   double value = 0, log_exposure = 0;
   double hat = 0;  ///< Weight of the residual: 0 at both ends of the scale.
-  /// What the fit so far expects the value to be; `value` to begin with. Curves are taken on their tangent there: noise in the
-  /// value is then noise in the logarithm, of mean zero, which through the curve itself it is not.
+  /// What the fit so far expects the value to be; `value` to begin with. Curves are taken on their tangent there: noise
+  /// in the value is then noise in the logarithm, of mean zero, which through the curve itself it is not.
   double expected = 0;
 };
 
@@ -42,7 +43,8 @@ struct GammaFit {
   ResponseFit fit;
 };
 
-/// x = (v^gamma - dark^gamma) / (1 - dark^gamma), gamma from 0.2 to 6. `exposure_deviation`: relative, of each exposure.
+/// x = (v^gamma - dark^gamma) / (1 - dark^gamma), gamma from 0.2 to 6. `exposure_deviation`: relative, of each
+/// exposure.
 [[nodiscard]] GammaFit fit_gamma(std::span<const ResponseSample> samples, std::size_t pixels, double dark,
                                  double least_scale, double exposure_deviation);
 

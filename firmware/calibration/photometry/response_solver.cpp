@@ -18,7 +18,8 @@ constexpr double kLeastRange = 4;
 constexpr std::size_t kLeastPixels = 20;
 /// Values so near to dark are left out: their logarithm is mostly noise.
 constexpr double kFoot = 0.005;
-/// Weight begins so far above dark and ends so far below saturation: where noise could carry a value out of what is used.
+/// Weight begins so far above dark and ends so far below saturation: where noise could carry a value out of what is
+/// used.
 constexpr double kHatFoot = 0.02, kHatEnd = 0.007;
 /// Share of the scale over which weight falls to nothing towards saturation.
 constexpr double kShoulder = 0.03;
@@ -35,12 +36,14 @@ std::string text(double v) {
 Status check_exposures(const ResponseSamples& in) {
   std::vector<double> sorted = in.exposures;
   for (const double e : sorted)
-    if (!(e > 0) || !std::isfinite(e)) return invalid("an exposure of " + text(e) + "; exposure times gain must be positive");
+    if (!(e > 0) || !std::isfinite(e))
+      return invalid("an exposure of " + text(e) + "; exposure times gain must be positive");
   std::sort(sorted.begin(), sorted.end());
   std::size_t different = sorted.empty() ? 0 : 1;
   for (std::size_t i = 1; i < sorted.size(); ++i) different += sorted[i] > 1.01 * sorted[i - 1] ? 1 : 0;
   if (different < 3)
-    return invalid(std::to_string(different) + " different exposures; take three or more, each twice as long as the one before");
+    return invalid(std::to_string(different) +
+                   " different exposures; take three or more, each twice as long as the one before");
   if (sorted.back() < kLeastRange * sorted.front())
     return invalid("the exposures span a factor of " + text(sorted.back() / sorted.front()) +
                    " only; let the longest be at least four times the shortest, 64 times or more is better");
@@ -50,7 +53,7 @@ Status check_exposures(const ResponseSamples& in) {
 struct Usable {
   std::vector<ResponseSample> samples;
   std::size_t pixels = 0;
-  double low = 0, high = 1;         ///< Where the hat begins and ends.
+  double low = 0, high = 1;        ///< Where the hat begins and ends.
   double lowest = 1, highest = 0;  ///< Of all samples.
 
   /// Its top is near white: what a value says about the logarithm of light is surer in proportion to the value.
@@ -91,10 +94,12 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
   }
   if (out.pixels < kLeastPixels)
     return invalid(std::to_string(out.pixels) + " pixels are neither dark nor saturated in two exposures or more, " +
-                   std::to_string(kLeastPixels) + " are needed; choose exposures closer to each other, or a scene with more shades");
+                   std::to_string(kLeastPixels) +
+                   " are needed; choose exposures closer to each other, or a scene with more shades");
   if (median_of(follows) < 0.02)
-    return invalid("the picture values do not follow the exposures; turn off automatic exposure and gain, and see that each "
-                   "exposure was in force when its picture was taken");
+    return invalid(
+        "the picture values do not follow the exposures; turn off automatic exposure and gain, and see that each "
+        "exposure was in force when its picture was taken");
   // By the quarters of the scale, since a hat weighs both ends little.
   const double span = high - low;
   if (out.lowest > low + 0.25 * span || out.highest < high - 0.25 * span)
@@ -161,8 +166,8 @@ Table table_of(const std::function<double(double)>& x, double dark, int entries)
   return out;
 }
 
-/// What a fit expects each value to be, and its hat by that: one that rises with a sample's own noise would prefer noise
-/// upwards. `x`: the fitted curve.
+/// What a fit expects each value to be, and its hat by that: one that rises with a sample's own noise would prefer
+/// noise upwards. `x`: the fitted curve.
 void expect(const Usable& usable, const std::function<double(double)>& x, const ResponseFit& fit, double dark,
             std::vector<ResponseSample>& samples) {
   constexpr int kSteps = 2048;
@@ -171,9 +176,11 @@ void expect(const Usable& usable, const std::function<double(double)>& x, const 
   make_rising(logs);
   for (ResponseSample& s : samples) {
     const double log_linear = fit.log_light[s.pixel] + s.log_exposure;
-    const auto above = std::clamp<std::ptrdiff_t>(std::lower_bound(logs.begin(), logs.end(), log_linear) - logs.begin(), 1, kSteps);
+    const auto above =
+        std::clamp<std::ptrdiff_t>(std::lower_bound(logs.begin(), logs.end(), log_linear) - logs.begin(), 1, kSteps);
     const auto k = static_cast<std::size_t>(above);
-    const double share = logs[k] > logs[k - 1] ? std::clamp((log_linear - logs[k - 1]) / (logs[k] - logs[k - 1]), 0.0, 1.0) : 0;
+    const double share =
+        logs[k] > logs[k - 1] ? std::clamp((log_linear - logs[k - 1]) / (logs[k] - logs[k - 1]), 0.0, 1.0) : 0;
     s.expected = dark + (1 - dark) * (static_cast<double>(above) - 1 + share) / kSteps;
     s.hat = usable.hat(s.expected);
   }
@@ -187,7 +194,9 @@ struct Fits {
   DepartureFit free;
   std::vector<ResponseSample> samples;  ///< As the free one expects them: what all are compared by.
 
-  [[nodiscard]] double free_x(double dark, double v) const { return closed_x(near, dark, v) * std::exp(departure_at(free, v)); }
+  [[nodiscard]] double free_x(double dark, double v) const {
+    return closed_x(near, dark, v) * std::exp(departure_at(free, v));
+  }
 };
 
 Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double least) {
@@ -200,7 +209,8 @@ Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double 
   out.gamma = fit_gamma(out.samples, usable.pixels, dark, least, in.exposure_deviation);
   for (int round = 0; round < kRounds; ++round) {
     const LogCurve curve = gamma_curve(out.gamma.gamma, dark);
-    expect(usable, [&](double v) { return std::exp(curve(v)); }, out.gamma.fit, dark, out.samples);
+    expect(
+        usable, [&](double v) { return std::exp(curve(v)); }, out.gamma.fit, dark, out.samples);
     out.gamma = fit_gamma(out.samples, usable.pixels, dark, least, in.exposure_deviation);
   }
   out.closed[2].gamma = out.gamma.gamma;
@@ -216,8 +226,10 @@ Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double 
   const LogCurve base = log_curve(out.near, dark);
   out.free = fit_departure(out.samples, usable.pixels, base, dark, knots, least, in.exposure_deviation);
   for (int round = 0; round < kRounds; ++round) {
-    expect(usable, [&](double v) { return out.free_x(dark, v); }, out.free.fit, dark, out.samples);
-    out.free = fit_departure(out.samples, usable.pixels, base, dark, knots, least, in.exposure_deviation, out.free.departure);
+    expect(
+        usable, [&](double v) { return out.free_x(dark, v); }, out.free.fit, dark, out.samples);
+    out.free =
+        fit_departure(out.samples, usable.pixels, base, dark, knots, least, in.exposure_deviation, out.free.departure);
   }
   return out;
 }
@@ -226,10 +238,14 @@ Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double 
 
 std::string_view to_string(ResponseCurve::Kind kind) {
   switch (kind) {
-    case ResponseCurve::Kind::linear: return "linear";
-    case ResponseCurve::Kind::srgb: return "srgb";
-    case ResponseCurve::Kind::table: return "table";
-    case ResponseCurve::Kind::gamma: return "gamma";
+    case ResponseCurve::Kind::linear:
+      return "linear";
+    case ResponseCurve::Kind::srgb:
+      return "srgb";
+    case ResponseCurve::Kind::table:
+      return "table";
+    case ResponseCurve::Kind::gamma:
+      return "gamma";
   }
   return "unknown";
 }
@@ -260,7 +276,8 @@ Result<ResponseEstimate> solve_response(const ResponseSamples& in, const Respons
                    " leave no scale between them; see to the dark pictures");
   const Result<Usable> usable = usable_of(in, options.channel);
   if (!usable) return usable.status();
-  // A residual's scale cannot be less than what rounding makes of it: half its deviation where a hat and a slope of one are.
+  // A residual's scale cannot be less than what rounding makes of it: half its deviation where a hat and a slope of one
+  // are.
   const double least = std::max(1e-6, rounding_deviation(in.levels));
   const Fits fits = fit_all(*usable, in, options.knots, least);
   const std::vector<ResponseSample>& samples = fits.samples;
@@ -319,7 +336,8 @@ Result<ResponseEstimate> solve_response(const ResponseSamples& in, const Respons
     out.points.push_back({samples[k].value, linear, counted});
     out.outliers += counted ? 0 : 1;
     if (counted)
-      differences.push_back(encoded(shown.response, shown.black_level + (1 - shown.black_level) * linear) - samples[k].value);
+      differences.push_back(encoded(shown.response, shown.black_level + (1 - shown.black_level) * linear) -
+                            samples[k].value);
   }
   out.samples = static_cast<int>(samples.size());
   out.residual = scale_about_zero(differences);

@@ -33,8 +33,8 @@ Status check_sightings(std::span<const LampSighting> sightings, double max_angle
   std::vector<double> angles;
   for (const LampSighting& s : sightings) {
     if (!(s.angle_rad >= 0 && s.angle_rad <= 1.001 * max_angle_rad))
-      return invalid("an angle of " + degrees(s.angle_rad) + " deg lies outside the field of " + degrees(max_angle_rad) +
-                     " deg to either side");
+      return invalid("an angle of " + degrees(s.angle_rad) + " deg lies outside the field of " +
+                     degrees(max_angle_rad) + " deg to either side");
     if (!(s.value > 0) || !std::isfinite(s.value) || !(s.deviation >= 0) || !std::isfinite(s.deviation))
       return invalid("the lamp's value at " + degrees(s.angle_rad) + " deg is not positive; leave that picture out");
     angles.push_back(s.angle_rad);
@@ -90,13 +90,15 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sighti
     for (Eigen::Index k = 0; k < n; ++k)
       scaled[static_cast<std::size_t>(k)] = (right(k) - rows.row(k).dot(found)) / deviation(k);
     // Four numbers were fitted. An exact lamp leaves nothing, which is no scale.
-    scale = std::max(1e-9, scale_about_zero(scaled) * std::sqrt(static_cast<double>(n) / std::max<double>(1, static_cast<double>(n - 4))));
+    scale = std::max(1e-9, scale_about_zero(scaled) *
+                               std::sqrt(static_cast<double>(n) / std::max<double>(1, static_cast<double>(n - 4))));
     if (all_known) scale = std::max(scale, 1.0);
     for (Eigen::Index k = 0; k < n; ++k) {
       // First the smoothed absolute residual, whose minimum is one, then Tukey's, which forgets what is far off.
       const double u = scaled[static_cast<std::size_t>(k)] / scale;
       weight(k) = pass < 10 ? 1 / std::max(1.0, std::abs(u)) : tukey_weight(u);
-      // Without stated deviations they are shares of the curve, not of what was seen: an outlier would else weigh by itself.
+      // Without stated deviations they are shares of the curve, not of what was seen: an outlier would else weigh by
+      // itself.
       if (!all_known) deviation(k) = std::max(rows.row(k).dot(found), 1e-3);
     }
     if (pass > 12 && (found - before).cwiseAbs().maxCoeff() < 1e-13 * found.cwiseAbs().maxCoeff()) break;
@@ -136,7 +138,8 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sighti
   for (int i = 0; i <= 128; ++i) {
     const double left = powers(i / 128.0).dot(found) / found(0);
     if (!(left >= kLeastVignetting))
-      return invalid("the curve leaves " + std::to_string(left) + " of the light at " + degrees(max_angle_rad * i / 128.0) +
+      return invalid("the curve leaves " + std::to_string(left) + " of the light at " +
+                     degrees(max_angle_rad * i / 128.0) +
                      " deg, at least 0.05 is needed; lower max_angle_deg to where the lens still sees");
   }
   return out;

@@ -3,9 +3,10 @@
 #pragma once
 
 #include <array>
-#include <lightwell/result.hpp>
 #include <span>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell::photometry {
 
@@ -24,12 +25,13 @@ struct VignettingEstimate {
   std::vector<double> weight;  ///< Of each sighting, 0: it disagreed.
 };
 
-/// Linear least squares in (level, level v1, level v2, level v3), repeated with Tukey's biweight; the level is eliminated by
-/// the first-order propagation of its covariance.
-/// `max_angle_rad`: half the field of view. invalid_argument, with what to do: fewer than eight sightings, none within a
-/// quarter of the field or none in its last tenth (a polynomial says nothing beyond its data), gaps of more than a
-/// third of the field, values that are not positive, and a curve that leaves less than 0.05 anywhere in the field.
-[[nodiscard]] Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sightings, double max_angle_rad);
+/// Linear least squares in (level, level v1, level v2, level v3), repeated with Tukey's biweight; the level is
+/// eliminated by the first-order propagation of its covariance. `max_angle_rad`: half the field of view.
+/// invalid_argument, with what to do: fewer than eight sightings, none within a quarter of the field or none in its
+/// last tenth (a polynomial says nothing beyond its data), gaps of more than a third of the field, values that are not
+/// positive, and a curve that leaves less than 0.05 anywhere in the field.
+[[nodiscard]] Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sightings,
+                                                          double max_angle_rad);
 
 /// Standard deviation of the curve at an angle.
 [[nodiscard]] double vignetting_deviation(const VignettingEstimate& estimate, double angle_rad);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+
 #include <lightwell/result.hpp>
 
 #include "calibration/photometry/patch.hpp"
@@ -9,8 +10,9 @@
 namespace lightwell::photometry {
 
 struct WhiteBalance {
-  /// Multiply linear r, g, b. Green's is 1: it carries 72 % of luminance and is where a sensor has most signal, so a luminance, and
-  /// with it the absolute scale and the exposure that saturates, stay about as they are when the balance is made anew.
+  /// Multiply linear r, g, b. Green's is 1: it carries 72 % of luminance and is where a sensor has most signal, so a
+  /// luminance, and with it the absolute scale and the exposure that saturates, stay about as they are when the balance
+  /// is made anew.
   std::array<double, 3> factors{1, 1, 1};
   std::array<double, 4> covariance{};  ///< Of red's and blue's, row by row; both share green's noise.
 };

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <unistd.h>
 
 #include <sys/stat.h>
-#include <unistd.h>
 
 namespace lightwell::calibrate {
 

@@ -1,9 +1,10 @@
 // A file that is there whole or not at all.
 #pragma once
 
-#include <lightwell/result.hpp>
 #include <string>
 #include <string_view>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell::calibrate {
 

@@ -1,11 +1,12 @@
 #include "tools/lightwell_calibrate/photometry_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
 #include <iostream>
 #include <string>
 #include <vector>
+
+#include <CLI/CLI.hpp>
 
 #include "tools/lightwell_calibrate/atomic_file.hpp"
 #include "tools/lightwell_calibrate/photometry_print.hpp"
@@ -68,8 +69,9 @@ bool split_grey(const std::string& text, PhotometryInputs& inputs) {
 }  // namespace
 
 int photometry_command(std::span<char* const> arguments) {
-  CLI::App app{"Measures what light becomes in a camera: response, black level, noise, vignetting, white balance, scale.",
-               "lightwell-calibrate photometry"};
+  CLI::App app{
+      "Measures what light becomes in a camera: response, black level, noise, vignetting, white balance, scale.",
+      "lightwell-calibrate photometry"};
   app.footer(kFooter);
   PhotometryInputs in;
   std::string calibration, output, report, grey, grey_xy;
@@ -82,9 +84,12 @@ int photometry_command(std::span<char* const> arguments) {
   app.add_option("--response", in.response, "Folder: response curve");
   app.add_option("--flat", in.flat, "Folder: read and shot noise");
   app.add_option("--lamp", in.lamp, "Folder: vignetting");
-  app.add_option("--grey", grey, "IMAGE:x,y,w,h, a patch of a grey card: white balance, and what the meter was pointed at");
-  auto* xy = app.add_option("--grey-xy", grey_xy, "x,y: CIE 1931 chromaticity of the light on the card, where it is not D65");
-  auto* seconds = app.add_option("--grey-exposure-s", in.grey_exposure_s, "Exposure of that picture [frames.csv beside it]");
+  app.add_option("--grey", grey,
+                 "IMAGE:x,y,w,h, a patch of a grey card: white balance, and what the meter was pointed at");
+  auto* xy =
+      app.add_option("--grey-xy", grey_xy, "x,y: CIE 1931 chromaticity of the light on the card, where it is not D65");
+  auto* seconds =
+      app.add_option("--grey-exposure-s", in.grey_exposure_s, "Exposure of that picture [frames.csv beside it]");
   auto* gain = app.add_option("--grey-gain", in.grey_gain, "Gain of that picture [1]");
   auto* of_nits = app.add_option("--nits", nits, "Luminance meter's reading of the patch, cd/m2");
   auto* of_lux = app.add_option("--lux", lux, "Lux meter's reading on the card");

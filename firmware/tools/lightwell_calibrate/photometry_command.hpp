@@ -1,4 +1,5 @@
-// lightwell-calibrate photometry: response, black level, noise, vignetting, white balance and absolute scale of one lens.
+// lightwell-calibrate photometry: response, black level, noise, vignetting, white balance and absolute scale of one
+// lens.
 #pragma once
 
 #include <span>

@@ -64,10 +64,13 @@ Result<std::map<std::string, double>> read_angles(const std::string& folder) {
   std::ifstream file(path);
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
-    const auto bad = [&](const std::string& what) { return invalid(path + ":" + std::to_string(number) + ": " + what); };
+    const auto bad = [&](const std::string& what) {
+      return invalid(path + ":" + std::to_string(number) + ": " + what);
+    };
     if (trimmed(line).empty()) continue;
     const auto comma = line.find(',');
-    if (comma == std::string::npos || line.find(',', comma + 1) != std::string::npos) return bad("two columns are wanted: file,angle_deg");
+    if (comma == std::string::npos || line.find(',', comma + 1) != std::string::npos)
+      return bad("two columns are wanted: file,angle_deg");
     const std::string name = trimmed(line.substr(0, comma)), value = trimmed(line.substr(comma + 1));
     if (number == 1) {
       if (name != "file" || value != "angle_deg") return bad("the first line must be file,angle_deg");
@@ -79,7 +82,8 @@ Result<std::map<std::string, double>> read_angles(const std::string& folder) {
       return bad("angle_deg '" + value + "' is no angle of 0 to 180");
     if (!out.emplace(name, degrees * std::numbers::pi / 180).second) return bad(name + " is there twice");
   }
-  if (out.empty()) return invalid(path + ": no angle is listed; without this file angles are those of the lens's geometry");
+  if (out.empty())
+    return invalid(path + ": no angle is listed; without this file angles are those of the lens's geometry");
   return out;
 }
 

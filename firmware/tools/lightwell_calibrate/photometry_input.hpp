@@ -1,11 +1,12 @@
 // Folders of pictures, read for the photometric solvers.
 #pragma once
 
-#include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 #include <map>
 #include <string>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
 
 #include "calibration/photometry/picture.hpp"
 
@@ -29,7 +30,8 @@ struct ListedPicture {
 /// PNG, JPEG, OpenEXR or HDR; floats count as shares of full scale. invalid_argument for a size that is not the lens's.
 [[nodiscard]] Result<photometry::Picture> read_picture(const std::string& path, const PictureKind& kind);
 
-/// FOLDER/angles.csv, "file,angle_deg" under a line with these names: angles in rad by file. Empty where there is no such file.
+/// FOLDER/angles.csv, "file,angle_deg" under a line with these names: angles in rad by file. Empty where there is no
+/// such file.
 [[nodiscard]] Result<std::map<std::string, double>> read_angles(const std::string& folder);
 
 }  // namespace lightwell::calibrate

@@ -42,29 +42,37 @@ std::string json_of(const photometry::ResponseEstimate& r) {
   std::string scores;
   for (const photometry::ResponseScore& s : r.scores)
     scores += text("%s{\"kind\": \"%s\", \"criterion\": %s, \"from_table\": %s}", scores.empty() ? "" : ", ",
-                   std::string(photometry::to_string(s.kind)).c_str(), number(s.criterion).c_str(), number(s.from_table).c_str());
-  return text("{\"kind\": \"%s\", \"gamma\": %s, \"gamma_deviation\": %s, ", std::string(photometry::to_string(r.response.kind)).c_str(),
-              number(r.response.gamma).c_str(), number(r.gamma_deviation).c_str()) +
-         text("\"residual\": %s, \"samples\": %d, \"outliers\": %d, ", number(r.residual).c_str(), r.samples, r.outliers) +
+                   std::string(photometry::to_string(s.kind)).c_str(), number(s.criterion).c_str(),
+                   number(s.from_table).c_str());
+  return text("{\"kind\": \"%s\", \"gamma\": %s, \"gamma_deviation\": %s, ",
+              std::string(photometry::to_string(r.response.kind)).c_str(), number(r.response.gamma).c_str(),
+              number(r.gamma_deviation).c_str()) +
+         text("\"residual\": %s, \"samples\": %d, \"outliers\": %d, ", number(r.residual).c_str(), r.samples,
+              r.outliers) +
          "\"scores\": [" + scores + "]}";
 }
 
 std::string json_of(const photometry::DarkEstimate& d) {
-  return text("{\"black_level\": %s, \"black_deviation\": %s, ", number(d.black_level).c_str(), number(d.black_deviation).c_str()) +
-         text("\"read_noise\": %s, \"read_deviation\": %s, ", number(d.read_noise).c_str(), number(d.read_deviation).c_str()) +
+  return text("{\"black_level\": %s, \"black_deviation\": %s, ", number(d.black_level).c_str(),
+              number(d.black_deviation).c_str()) +
+         text("\"read_noise\": %s, \"read_deviation\": %s, ", number(d.read_noise).c_str(),
+              number(d.read_deviation).c_str()) +
          text("\"clipped\": %s, \"resolved\": %s, \"outlier_share\": %s}", d.clipped ? "true" : "false",
               d.resolved ? "true" : "false", number(d.outlier_share).c_str());
 }
 
 std::string json_of(const photometry::NoiseEstimate& n, std::size_t levels) {
-  return text("{\"read_noise\": %s, \"read_deviation\": %s, ", number(n.read_noise).c_str(), number(n.read_deviation).c_str()) +
-         text("\"shot_noise\": %s, \"shot_deviation\": %s, ", number(n.shot_noise).c_str(), number(n.shot_deviation).c_str()) +
+  return text("{\"read_noise\": %s, \"read_deviation\": %s, ", number(n.read_noise).c_str(),
+              number(n.read_deviation).c_str()) +
+         text("\"shot_noise\": %s, \"shot_deviation\": %s, ", number(n.shot_noise).c_str(),
+              number(n.shot_deviation).c_str()) +
          text("\"levels\": %zu, \"scatter\": %s}", levels, number(n.scatter).c_str());
 }
 
 std::string json_of(const photometry::VignettingEstimate& v) {
   return "{\"vignetting\": " + list(v.vignetting) + ", \"covariance\": " + list(v.covariance) +
-         text(", \"residual\": %s, \"sightings\": %zu, \"outliers\": %d}", number(v.residual).c_str(), v.weight.size(), v.outliers);
+         text(", \"residual\": %s, \"sightings\": %zu, \"outliers\": %d}", number(v.residual).c_str(), v.weight.size(),
+              v.outliers);
 }
 
 }  // namespace
@@ -74,10 +82,11 @@ std::string json_of(const PhotometryRun& run) {
   for (const std::string& n : run.notes) notes += (notes.empty() ? "" : ", ") + quoted(n);
   const auto or_null = [](bool there, const auto& make) { return there ? make() : std::string("null"); };
   return text("{\"lens\": %d, \"response\": ", run.lens) +
-         or_null(run.response.has_value(), [&] { return json_of(*run.response); }) + ", \"dark\": " +
-         or_null(run.dark.has_value(), [&] { return json_of(*run.dark); }) + ", \"noise\": " +
-         or_null(run.noise.has_value(), [&] { return json_of(*run.noise, run.levels.size()); }) + ", \"vignetting\": " +
-         or_null(run.vignetting.has_value(), [&] { return json_of(*run.vignetting); }) + ", \"white_balance\": " +
+         or_null(run.response.has_value(), [&] { return json_of(*run.response); }) +
+         ", \"dark\": " + or_null(run.dark.has_value(), [&] { return json_of(*run.dark); }) +
+         ", \"noise\": " + or_null(run.noise.has_value(), [&] { return json_of(*run.noise, run.levels.size()); }) +
+         ", \"vignetting\": " + or_null(run.vignetting.has_value(), [&] { return json_of(*run.vignetting); }) +
+         ", \"white_balance\": " +
          or_null(run.white_balance.has_value(),
                  [&] {
                    return "{\"factors\": " + list(run.white_balance->factors) +
@@ -115,8 +124,9 @@ std::string text_of(const PhotometryRun& run) {
                 v.vignetting[1], v.vignetting[2], v.weight.size(), v.outliers, 100 * v.residual);
   }
   if (run.white_balance)
-    out += text("white balance %.4f 1 %.4f +- %.4f, %.4f\n", run.white_balance->factors[0], run.white_balance->factors[2],
-                std::sqrt(run.white_balance->covariance[0]), std::sqrt(run.white_balance->covariance[3]));
+    out +=
+        text("white balance %.4f 1 %.4f +- %.4f, %.4f\n", run.white_balance->factors[0], run.white_balance->factors[2],
+             std::sqrt(run.white_balance->covariance[0]), std::sqrt(run.white_balance->covariance[3]));
   if (run.scale)
     out += text("scale         %.5g +- %.2g cd/m2 a unit\n", run.scale->nits_per_unit, run.scale->deviation);
   return out;

@@ -38,8 +38,8 @@ double nice_step(double range) {
 /// One square of axes.
 class Panel {
  public:
-  Panel(Chart& chart, int column, const std::string& title, const std::string& across, const std::string& up, double x_end,
-        double y_end)
+  Panel(Chart& chart, int column, const std::string& title, const std::string& across, const std::string& up,
+        double x_end, double y_end)
       : chart_(chart), left_(kLeft + column * (kPanel + kGap)), x_end_(x_end), y_end_(y_end) {
     chart_.words.push_back({title, {left_, kTop - 28}, 18, kBlack, Anchor::start, true});
     chart_.words.push_back({across, {left_ + kPanel / 2, kTop + kPanel + 46}, 14, kText, Anchor::middle});
@@ -117,7 +117,8 @@ void draw_response(const PhotometryRun& run, const PhotometricCalibration& p, Ch
 
 void draw_vignetting(const PhotometryRun& run, const LensParameters& lens, Chart& chart) {
   constexpr double kDegree = std::numbers::pi / 180;
-  Panel panel(chart, 1, "Vignetting", "angle from the axis, degrees", "relative illumination", lens.max_angle_rad / kDegree, 1.1);
+  Panel panel(chart, 1, "Vignetting", "angle from the axis, degrees", "relative illumination",
+              lens.max_angle_rad / kDegree, 1.1);
   const auto curve = [&](double degrees) { return vignetting(lens.photometry, degrees * kDegree); };
   panel.curve(curve, kCurve);
   if (!run.vignetting) return panel.line_of_words(0, "not measured: the calibration's curve");
@@ -131,7 +132,8 @@ void draw_vignetting(const PhotometryRun& run, const LensParameters& lens, Chart
     else
       panel.point(x, y, false);
   }
-  panel.line_of_words(0, text("v1 %.4f", v.vignetting[0]) + text(", v2 %.4f", v.vignetting[1]) + text(", v3 %.4f", v.vignetting[2]) +
+  panel.line_of_words(0, text("v1 %.4f", v.vignetting[0]) + text(", v2 %.4f", v.vignetting[1]) +
+                             text(", v3 %.4f", v.vignetting[2]) +
                              text("; typical difference %.2f %%", 100 * v.residual));
   panel.line_of_words(1, "dashed: three deviations; " + std::to_string(run.sightings.size()) + " sightings, " +
                              std::to_string(v.outliers) + " disagree");
@@ -149,15 +151,20 @@ void draw_noise(const PhotometryRun& run, const PhotometricCalibration& p, Chart
   y_end = 1e6 * std::max({y_end, curve(x_end), 1e-9}) * 1.08;
   Panel panel(chart, 2, "Photon transfer", "mean linear light x, by gain", "variance of x, millionths", x_end, y_end);
   panel.curve([&](double x) { return 1e6 * curve(x); }, kCurve);
-  if (!run.noise) return panel.line_of_words(0, run.dark ? "no flats: the line of dark and calibration" : "not measured: the calibration's line");
+  if (!run.noise)
+    return panel.line_of_words(
+        0, run.dark ? "no flats: the line of dark and calibration" : "not measured: the calibration's line");
   for (const auto& l : run.levels)
     panel.level(normalised(l), 1e6 * l.variance / (l.gain * l.gain),
                 1e6 * (l.variance + l.rounding) * std::sqrt(2 / l.count) / (l.gain * l.gain));
   if (run.dark && run.dark->resolved)
-    panel.level(0, 1e6 * run.dark->read_noise * run.dark->read_noise, 2e6 * run.dark->read_noise * run.dark->read_deviation);
+    panel.level(0, 1e6 * run.dark->read_noise * run.dark->read_noise,
+                2e6 * run.dark->read_noise * run.dark->read_deviation);
   panel.line_of_words(0, text("read noise %.4g", run.noise->read_noise) + text(" +- %.1g", run.noise->read_deviation) +
-                             text("; shot noise %.4g", run.noise->shot_noise) + text(" +- %.1g", run.noise->shot_deviation));
-  panel.line_of_words(1, "rounding taken off; " + std::to_string(run.levels.size()) + " levels" + (run.dark ? " and the dark" : ""));
+                             text("; shot noise %.4g", run.noise->shot_noise) +
+                             text(" +- %.1g", run.noise->shot_deviation));
+  panel.line_of_words(
+      1, "rounding taken off; " + std::to_string(run.levels.size()) + " levels" + (run.dark ? " and the dark" : ""));
 }
 
 }  // namespace
@@ -171,11 +178,14 @@ Status write_report(const PhotometryRun& run, const std::string& path) {
   draw_vignetting(run, lens, chart);
   draw_noise(run, lens.photometry, chart);
   const auto& p = lens.photometry;
-  chart.words.push_back({"Lens " + std::to_string(run.lens) + text(": black level %.5f", p.black_level) +
-                             text("; white balance %.4f", p.white_balance[0]) + text(", %.4f", p.white_balance[1]) +
-                             text(", %.4f", p.white_balance[2]) +
-                             (run.rig.nits_per_unit > 0 ? text("; %.5g cd/m2 a unit", run.rig.nits_per_unit) : "; relative units"),
-                         {kLeft, chart.height - 22}, 14, kBlack});
+  chart.words.push_back(
+      {"Lens " + std::to_string(run.lens) + text(": black level %.5f", p.black_level) +
+           text("; white balance %.4f", p.white_balance[0]) + text(", %.4f", p.white_balance[1]) +
+           text(", %.4f", p.white_balance[2]) +
+           (run.rig.nits_per_unit > 0 ? text("; %.5g cd/m2 a unit", run.rig.nits_per_unit) : "; relative units"),
+       {kLeft, chart.height - 22},
+       14,
+       kBlack});
   return eval::write_png(chart, path);
 }
 

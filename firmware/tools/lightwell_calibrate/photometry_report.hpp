@@ -1,8 +1,9 @@
 // The run as a picture: response with its samples, vignetting with the lamp, photon transfer with its levels.
 #pragma once
 
-#include <lightwell/result.hpp>
 #include <string>
+
+#include <lightwell/result.hpp>
 
 #include "tools/lightwell_calibrate/photometry_steps.hpp"
 

@@ -44,7 +44,8 @@ class Steps {
 
   [[nodiscard]] Status run() {
     using Step = Status (Steps::*)();
-    for (const Step step : {&Steps::read_dark, &Steps::response, &Steps::dark, &Steps::flat, &Steps::lamp, &Steps::grey})
+    for (const Step step :
+         {&Steps::read_dark, &Steps::response, &Steps::dark, &Steps::flat, &Steps::lamp, &Steps::grey})
       if (Status s = (this->*step)(); !s.ok()) return s;
     return {};
   }
@@ -59,7 +60,8 @@ class Steps {
     if (!series) return series.status();
     dark_ = std::move(*series);
     for (const ListedPicture& p : dark_.list)
-      if (p.gain != dark_.list.front().gain) return invalid(p.path + ": another gain than the first dark picture's; take all at one");
+      if (p.gain != dark_.list.front().gain)
+        return invalid(p.path + ": another gain than the first dark picture's; take all at one");
     const Result<double> value = photometry::dark_value_of(dark_.pictures);
     if (!value) return value.status();
     dark_value_ = *value;
@@ -99,8 +101,12 @@ class Steps {
         largest = std::max(largest, std::abs(photometry::free_curve(*own, v) - photometry::free_curve(common, v)));
       }
       if (largest > kNotable)
-        run_.notes.push_back(std::string("response: ") + (c == 0 ? "red" : c == 1 ? "green" : "blue") + " alone differs by " +
-                             std::to_string(100 * largest) + " % of full scale from the common curve");
+        run_.notes.push_back(std::string("response: ") +
+                             (c == 0   ? "red"
+                              : c == 1 ? "green"
+                                       : "blue") +
+                             " alone differs by " + std::to_string(100 * largest) +
+                             " % of full scale from the common curve");
     }
   }
 
@@ -113,7 +119,8 @@ class Steps {
     if (found->resolved)
       photometry().read_noise = found->read_noise;
     else
-      run_.notes.push_back("dark: rounding hides the read noise; it stays as in the input calibration unless --flat tells it");
+      run_.notes.push_back(
+          "dark: rounding hides the read noise; it stays as in the input calibration unless --flat tells it");
     if (found->outlier_share > 0.01) run_.notes.push_back("dark: more than 1 % of the pixels are hot or dead");
     run_.dark = *found;
     return {};
@@ -126,7 +133,8 @@ class Steps {
     std::vector<photometry::FlatPair> pairs;
     for (std::size_t i = 0; i < series->list.size(); i += 2) {
       const ListedPicture& a = series->list[i];
-      if (i + 1 == series->list.size() || series->list[i + 1].exposure_s != a.exposure_s || series->list[i + 1].gain != a.gain)
+      if (i + 1 == series->list.size() || series->list[i + 1].exposure_s != a.exposure_s ||
+          series->list[i + 1].gain != a.gain)
         return invalid(a.path + ": no second picture of the same exposure and gain follows it; flats come in pairs");
       pairs.push_back({std::move(series->pictures[i]), std::move(series->pictures[i + 1]), a.gain});
     }
@@ -222,7 +230,8 @@ class Steps {
     if (list)
       for (const ListedPicture& p : *list)
         if (p.file == path.filename().string()) return photometry::PatchExposure{p.exposure_s, p.gain, 1};
-    return invalid(in_.grey + ": its exposure is not known; give --grey-exposure-s, or list it in the frames.csv beside it");
+    return invalid(in_.grey +
+                   ": its exposure is not known; give --grey-exposure-s, or list it in the frames.csv beside it");
   }
 
   PhotometryRun& run_;
@@ -237,16 +246,16 @@ class Steps {
 
 Result<PhotometryRun> calibrate_photometry(const RigParameters& rig, const PhotometryInputs& inputs) {
   if (inputs.lens < 0 || static_cast<std::size_t>(inputs.lens) >= rig.lenses.size())
-    return invalid("--lens " + std::to_string(inputs.lens) + ": the calibration has " + std::to_string(rig.lenses.size()) +
-                   " (numbered from 0)");
+    return invalid("--lens " + std::to_string(inputs.lens) + ": the calibration has " +
+                   std::to_string(rig.lenses.size()) + " (numbered from 0)");
   PhotometryRun out;
   out.rig = rig;
   out.lens = inputs.lens;
   if (Status s = Steps(out, inputs).run(); !s.ok()) return s;
   if (rig.nits_per_unit > 0 && !out.scale && (out.response || out.dark || out.vignetting || out.white_balance))
-    out.notes.push_back("nits_per_unit stays as in the input, though what it was measured with has changed; give --nits or --lux anew");
-  if (Status s = out.rig.validate(); !s.ok())
-    return Status(s.code(), "the result is no calibration: " + s.message());
+    out.notes.push_back(
+        "nits_per_unit stays as in the input, though what it was measured with has changed; give --nits or --lux anew");
+  if (Status s = out.rig.validate(); !s.ok()) return Status(s.code(), "the result is no calibration: " + s.message());
   return out;
 }
 

@@ -1,11 +1,12 @@
 // The steps of lightwell-calibrate photometry: pictures in, one lens's photometry mended.
 #pragma once
 
-#include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
 
 #include "calibration/photometry/absolute_scale.hpp"
 #include "calibration/photometry/dark.hpp"
@@ -46,8 +47,8 @@ struct PhotometryRun {
   std::vector<std::string> notes;  ///< What a person should know of the result.
 };
 
-/// In the order in which one needs the other: dark value, response, dark, flats, lamp, grey card, meter. What is not given
-/// stays as in `rig`. The result has passed RigParameters::validate().
+/// In the order in which one needs the other: dark value, response, dark, flats, lamp, grey card, meter. What is not
+/// given stays as in `rig`. The result has passed RigParameters::validate().
 [[nodiscard]] Result<PhotometryRun> calibrate_photometry(const RigParameters& rig, const PhotometryInputs& inputs);
 
 }  // namespace lightwell::calibrate

@@ -1,19 +1,20 @@
-// lightwell-calibrate photometry: folders of pictures in, a calibration that is right out, and nothing replaced when an input is
-// wrong.
+// lightwell-calibrate photometry: folders of pictures in, a calibration that is right out, and nothing replaced when an
+// input is wrong.
 #include "tools/lightwell_calibrate/photometry_command.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <lightwell/calibration.hpp>
 #include <numbers>
 #include <string>
 #include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <lightwell/calibration.hpp>
 
 #include "calibration/camera_model.hpp"
 #include "calibration/response.hpp"
@@ -63,11 +64,14 @@ class PhotometryCommand : public testing::Test {
     folder_ = new test::TempDir;
     RigParameters rig = truth();
     const sim::Sensor sensor(rig.lenses[0], sim::sensor_of(rig, PixelFormat::rgb8, 1));
-    write_series(sensor, "series", {0.3e-3, 0.6e-3, 1.2e-3, 2.4e-3, 4.8e-3, 9.6e-3, 19.2e-3, 38.4e-3}, photometry::shades);
+    write_series(sensor, "series", {0.3e-3, 0.6e-3, 1.2e-3, 2.4e-3, 4.8e-3, 9.6e-3, 19.2e-3, 38.4e-3},
+                 photometry::shades);
     write_series(sensor, "dark", {0.01, 0.01, 0.01, 0.01}, [](int, int) { return 0.0; });
-    write_series(sensor, "flat", {1e-3, 1e-3, 2e-3, 2e-3, 4e-3, 4e-3, 6e-3, 6e-3, 8e-3, 8e-3}, [](int, int) { return 100.0; });
+    write_series(sensor, "flat", {1e-3, 1e-3, 2e-3, 2e-3, 4e-3, 4e-3, 6e-3, 6e-3, 8e-3, 8e-3},
+                 [](int, int) { return 100.0; });
     // A middle grey of 100 cd/m² in the centre.
-    write_series(sensor, "card", {4e-3}, [](int x, int y) { return x > 240 && x < 400 && y > 180 && y < 300 ? kNits : 10.0; });
+    write_series(sensor, "card", {4e-3},
+                 [](int x, int y) { return x > 240 && x < 400 && y > 180 && y < 300 ? kNits : 10.0; });
     photometry::LampCamera lamp(rig, PixelFormat::rgb8, 5);
     std::string list = "file,exposure_s,time_s\n", angles = "file,angle_deg\n";
     for (int i = 0; i <= 30; ++i) {
@@ -133,9 +137,9 @@ class PhotometryCommand : public testing::Test {
 test::TempDir* PhotometryCommand::folder_ = nullptr;
 
 TEST_F(PhotometryCommand, MeasuresAWholeCameraFromItsPictures) {
-  const Outcome done = run(words({"--dark", at("dark"), "--response", at("series"), "--flat", at("flat"), "--lamp", at("lamp"),
-                                  "--grey", at("card/0.png") + ":260,200,120,80", "--nits", "100", "--report", at("report.png"),
-                                  "--json"}));
+  const Outcome done =
+      run(words({"--dark", at("dark"), "--response", at("series"), "--flat", at("flat"), "--lamp", at("lamp"), "--grey",
+                 at("card/0.png") + ":260,200,120,80", "--nits", "100", "--report", at("report.png"), "--json"}));
   ASSERT_EQ(done.exit, 0) << done.err;
   const Result<RigParameters> found = load_calibration(at("out.textproto"));
   ASSERT_TRUE(found.ok()) << found.status().message();
@@ -150,7 +154,8 @@ TEST_F(PhotometryCommand, MeasuresAWholeCameraFromItsPictures) {
     // The lamp, which has a size, was last seen at 88.5 degrees.
     EXPECT_NEAR(vignetting(p, angle) / vignetting(wanted, angle), 1, 0.01) << degrees;
   }
-  for (const std::size_t c : {0U, 2U}) EXPECT_NEAR(p.white_balance[c], wanted.white_balance[c], 0.005 * wanted.white_balance[c]);
+  for (const std::size_t c : {0U, 2U})
+    EXPECT_NEAR(p.white_balance[c], wanted.white_balance[c], 0.005 * wanted.white_balance[c]);
   EXPECT_EQ(p.white_balance[1], 1);
   EXPECT_NEAR(found->nits_per_unit, 1, 0.01);
   EXPECT_EQ(found->lenses.size(), 2U);
@@ -183,7 +188,8 @@ TEST_F(PhotometryCommand, AnglesOfTheGeometryServeWhereNoneAreListed) {
   rig.lenses[0].photometry.vignetting = {};
   folder_->write("flatlens.textproto", calibration_to_text(rig));
   fs::rename(at("lamp/angles.csv"), at("angles.csv"));
-  const Outcome done = run({"--calibration", at("flatlens.textproto"), "--output", at("v.textproto"), "--lamp", at("lamp")});
+  const Outcome done =
+      run({"--calibration", at("flatlens.textproto"), "--output", at("v.textproto"), "--lamp", at("lamp")});
   fs::rename(at("angles.csv"), at("lamp/angles.csv"));
   ASSERT_EQ(done.exit, 0) << done.err;
   EXPECT_THAT(done.err, HasSubstr("nits_per_unit stays as in the input"));
@@ -219,7 +225,8 @@ TEST_F(PhotometryCommand, AWrongInputIsNamedAndNothingIsReplaced) {
   folder_->write("turned/angles.csv", "file,angle_deg\n0.png,200\n");
   EXPECT_THAT(refused({"--lamp", at("turned")}), HasSubstr("angles.csv:2: angle_deg '200'"));
 
-  const Outcome nowhere = run({"--calibration", at("in.textproto"), "--output", at("no/out.textproto"), "--dark", at("dark")});
+  const Outcome nowhere =
+      run({"--calibration", at("in.textproto"), "--output", at("no/out.textproto"), "--dark", at("dark")});
   EXPECT_EQ(nowhere.exit, 1);
   EXPECT_THAT(nowhere.err, HasSubstr("no/out.textproto: cannot"));
   for (const auto& entry : fs::directory_iterator(at(".")))

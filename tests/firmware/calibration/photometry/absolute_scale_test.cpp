@@ -1,11 +1,11 @@
 // One reading of a meter makes a probe absolute.
 #include "calibration/photometry/absolute_scale.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 namespace lightwell::photometry {
 namespace {
@@ -39,8 +39,10 @@ TEST(AbsoluteScale, RefusesWhatNoMeterShows) {
   EXPECT_THAT(illuminance_reading(100, 0).status().message(), HasSubstr("albedo"));
   EXPECT_FALSE(luminance_reading(100, -0.1).ok());
   const MeterReading reading{100, 0.04};
-  EXPECT_THAT(solve_absolute_scale(kPatch, kBalance, {0, 1, 1}, reading).status().message(), HasSubstr("exposure and gain"));
-  EXPECT_THAT(solve_absolute_scale(kPatch, kBalance, {0.01, 1, 0}, reading).status().message(), HasSubstr("into the middle"));
+  EXPECT_THAT(solve_absolute_scale(kPatch, kBalance, {0, 1, 1}, reading).status().message(),
+              HasSubstr("exposure and gain"));
+  EXPECT_THAT(solve_absolute_scale(kPatch, kBalance, {0.01, 1, 0}, reading).status().message(),
+              HasSubstr("into the middle"));
   EXPECT_FALSE(solve_absolute_scale({{0, 0.4, 0.3}, {}, 100}, kBalance, {0.01, 1, 1}, reading).ok());
 }
 

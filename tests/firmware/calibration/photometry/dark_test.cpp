@@ -1,11 +1,11 @@
 // Pictures taken in the dark tell black and read noise, and refuse to tell what rounding hides.
 #include "calibration/photometry/dark.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 

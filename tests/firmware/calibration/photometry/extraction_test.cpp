@@ -1,11 +1,11 @@
 // Pictures become samples: well spread, still, and of one camera.
 #include "calibration/photometry/extraction.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
@@ -87,11 +87,13 @@ TEST(PictureOf, ReadsWhatSensorsGiveAndRefusesMixtures) {
   ASSERT_TRUE(mosaic.ok());
   EXPECT_EQ(mosaic->width, 2);
   EXPECT_EQ(mosaic->pitch, 2);
-  EXPECT_THAT(picture_of({0, PixelFormat::yuyv, 4, 4, 8, bytes}, "a").status().message(), HasSubstr("mixes the values"));
+  EXPECT_THAT(picture_of({0, PixelFormat::yuyv, 4, 4, 8, bytes}, "a").status().message(),
+              HasSubstr("mixes the values"));
   EXPECT_THAT(picture_of({0, PixelFormat::rgb8, 4, 99, 12, bytes}, "a").status().message(), HasSubstr("too few"));
   std::vector<std::byte> floats(4 * 4 * 12);
   const float quarter = 0.25F;
-  for (std::size_t k = 0; k < floats.size(); k += sizeof quarter) std::memcpy(floats.data() + k, &quarter, sizeof quarter);
+  for (std::size_t k = 0; k < floats.size(); k += sizeof quarter)
+    std::memcpy(floats.data() + k, &quarter, sizeof quarter);
   const auto raw = picture_of({0, PixelFormat::rgb_f32, 4, 4, 48, floats}, "a", 4096);
   ASSERT_TRUE(raw.ok());
   EXPECT_EQ(raw->at(2, 1, 0), 0.25F) << "shares of full scale, as they are";

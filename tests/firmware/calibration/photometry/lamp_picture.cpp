@@ -15,7 +15,8 @@ LampCamera::LampCamera(const RigParameters& rig, PixelFormat format, std::uint64
 
 std::vector<std::byte> LampCamera::bytes(double angle_rad, double around_rad, double radiance, double exposure_s) {
   const CameraModel model(lens_);
-  const Vec3d lamp{std::sin(angle_rad) * std::cos(around_rad), std::sin(angle_rad) * std::sin(around_rad), std::cos(angle_rad)};
+  const Vec3d lamp{std::sin(angle_rad) * std::cos(around_rad), std::sin(angle_rad) * std::sin(around_rad),
+                   std::cos(angle_rad)};
   const double least = std::cos(radius_), near = std::cos(radius_ + 0.03);
   constexpr int kFine = 8;
   std::vector<float> out;

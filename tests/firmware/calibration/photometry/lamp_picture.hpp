@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/pixel.hpp>
-#include <vector>
 
 #include "calibration/photometry/picture.hpp"
 #include "sim/sensor.hpp"

@@ -1,11 +1,11 @@
 // A lamp's light is the same wherever in the picture it stands, but for vignetting.
 #include "calibration/photometry/lamp.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "calibration/camera_model.hpp"
 #include "calibration/response.hpp"

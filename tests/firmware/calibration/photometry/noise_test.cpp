@@ -1,10 +1,10 @@
 // Variance grows with light as photons do; where it does not, there is no answer.
 #include "calibration/photometry/noise.hpp"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <cmath>
 
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
@@ -31,7 +31,8 @@ TEST(Noise, ALineThroughExactLevelsIsExact) {
 TEST(Noise, LevelsOfDifferentGainsAreOneLine) {
   std::vector<NoiseLevel> levels;
   for (const double gain : {1.0, 4.0})
-    for (const double x : {0.02, 0.1, 0.4, 0.8}) levels.push_back({x, gain * gain * kRead * kRead + gain * kShot * x, 0, 10000, gain});
+    for (const double x : {0.02, 0.1, 0.4, 0.8})
+      levels.push_back({x, gain * gain * kRead * kRead + gain * kShot * x, 0, 10000, gain});
   const auto found = solve_noise(levels);
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->read_noise, kRead, 1e-9);

@@ -35,7 +35,8 @@ TEST_F(Card, ItsMeanIsItsLight) {
 
 TEST_F(Card, ASpeckDoesNotMatter) {
   Picture picture = camera_.shoot([](int, int) { return 0.3; }, 1);
-  for (int i = 0; i < 30; ++i) picture.rgb[3 * (30UL * SimulatedCamera::kWidth + 30UL + static_cast<std::size_t>(i))] = 0.05F;
+  for (int i = 0; i < 30; ++i)
+    picture.rgb[3 * (30UL * SimulatedCamera::kWidth + 30UL + static_cast<std::size_t>(i))] = 0.05F;
   const auto found = patch_mean(picture, {20, 20, 60, 40}, truth_, "card");
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->mean[0], 0.3, 0.001);
@@ -54,8 +55,10 @@ TEST_F(Card, AMosaicsPatchIsInPixelsOfThePicture) {
 TEST_F(Card, IsRefusedWhereItTellsNothing) {
   const Picture good = camera_.shoot([](int, int) { return 0.3; }, 1);
   EXPECT_THAT(refused(camera_.shoot([](int, int) { return 2.0; }, 1), {20, 20, 60, 40}), HasSubstr("saturated in red"));
-  EXPECT_THAT(refused(camera_.shoot([](int, int) { return 0.005; }, 1), {20, 20, 60, 40}), HasSubstr("too dark in red"));
-  EXPECT_THAT(refused(camera_.shoot([](int x, int) { return x < 50 ? 0.1 : 0.5; }, 1), {20, 20, 60, 40}), HasSubstr("not even"));
+  EXPECT_THAT(refused(camera_.shoot([](int, int) { return 0.005; }, 1), {20, 20, 60, 40}),
+              HasSubstr("too dark in red"));
+  EXPECT_THAT(refused(camera_.shoot([](int x, int) { return x < 50 ? 0.1 : 0.5; }, 1), {20, 20, 60, 40}),
+              HasSubstr("not even"));
   EXPECT_THAT(refused(good, {180, 20, 60, 40}), HasSubstr("outside the picture of 192x96"));
   EXPECT_THAT(refused(good, {-1, 20, 60, 40}), HasSubstr("outside"));
   EXPECT_THAT(refused(good, {20, 20, 2147483647, 40}), HasSubstr("outside"));
@@ -74,7 +77,8 @@ TEST_F(Card, GreenStaysOneAndALightThatIsNotDaylightIsTakenOff) {
   ASSERT_TRUE(lamp.ok());
   EXPECT_EQ(lamp->factors[1], 1);
   for (const std::size_t c : {0U, 2U})
-    EXPECT_NEAR(card.mean[c] * lamp->factors[c] / (*rgb)[c], card.mean[1] / (*rgb)[1], 1e-12) << "the card looks as its light does";
+    EXPECT_NEAR(card.mean[c] * lamp->factors[c] / (*rgb)[c], card.mean[1] / (*rgb)[1], 1e-12)
+        << "the card looks as its light does";
   const auto d65 = rgb_of_chromaticity(0.31271, 0.32902);
   ASSERT_TRUE(d65.ok());
   for (const double c : *d65) EXPECT_NEAR(c, 1, 0.001);

@@ -1,11 +1,11 @@
 // A series of exposures tells a curve; one that cannot is refused with what to do.
 #include "calibration/photometry/response_solver.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "calibration/response.hpp"
 
@@ -17,7 +17,8 @@ using ::testing::HasSubstr;
 const std::vector<double> kExposures = {0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064};
 
 /// Pixels of three decades of light behind an exact curve, without noise; values are those of 8 bits.
-ResponseSamples series(const ResponseCurve& curve, const std::vector<double>& exposures = kExposures, int pixels = 120) {
+ResponseSamples series(const ResponseCurve& curve, const std::vector<double>& exposures = kExposures,
+                       int pixels = 120) {
   ResponseSamples out;
   out.exposures = exposures;
   for (int i = 0; i < pixels; ++i) {

@@ -48,7 +48,9 @@ std::vector<FlatPair> SimulatedCamera::flats(const std::vector<double>& levels, 
 }
 
 PhotometricCalibration usual_photometry(PixelFormat format) {
-  return sim::make_rig("equirect", SimulatedCamera::kWidth, SimulatedCamera::kHeight, format)->lenses.front().photometry;
+  return sim::make_rig("equirect", SimulatedCamera::kWidth, SimulatedCamera::kHeight, format)
+      ->lenses.front()
+      .photometry;
 }
 
 double shades(int x, int y) {

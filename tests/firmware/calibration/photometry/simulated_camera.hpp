@@ -3,9 +3,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/pixel.hpp>
-#include <vector>
 
 #include "calibration/photometry/noise.hpp"
 #include "calibration/photometry/picture.hpp"
@@ -34,7 +35,8 @@ class SimulatedCamera {
   std::uint64_t frame_ = 0;
 };
 
-/// What sensors of the test rigs have: 10,000 electrons, 3 read. `format` rgb8: sRGB without black level; Bayer: linear with one.
+/// What sensors of the test rigs have: 10,000 electrons, 3 read. `format` rgb8: sRGB without black level; Bayer: linear
+/// with one.
 [[nodiscard]] PhotometricCalibration usual_photometry(PixelFormat format);
 
 /// A wall of small squares whose light goes over three decades in no order.

@@ -53,7 +53,8 @@ PhotometricCalibration photometry_of(ResponseCase which) {
   const double dark_value = eight ? 0 : 256.0 / 4095;
   switch (which) {
     case ResponseCase::srgb8:
-    case ResponseCase::linear12: break;
+    case ResponseCase::linear12:
+      break;
     case ResponseCase::gamma8:
     case ResponseCase::gamma12:
       p.response.kind = ResponseCurve::Kind::gamma;
@@ -77,12 +78,18 @@ double x_of(const PhotometricCalibration& p, double value) {
 
 const char* to_string(ResponseCase which) {
   switch (which) {
-    case ResponseCase::srgb8: return "srgb8";
-    case ResponseCase::gamma8: return "gamma8";
-    case ResponseCase::toe8: return "toe8";
-    case ResponseCase::linear12: return "linear12";
-    case ResponseCase::gamma12: return "gamma12";
-    case ResponseCase::toe12: return "toe12";
+    case ResponseCase::srgb8:
+      return "srgb8";
+    case ResponseCase::gamma8:
+      return "gamma8";
+    case ResponseCase::toe8:
+      return "toe8";
+    case ResponseCase::linear12:
+      return "linear12";
+    case ResponseCase::gamma12:
+      return "gamma12";
+    case ResponseCase::toe12:
+      return "toe12";
   }
   return "unknown";
 }
@@ -103,9 +110,8 @@ std::vector<ParameterFigure> response_trials(ResponseCase which, int trials) {
       // Somebody walks by: another square of light in each picture.
       const int walker = (7 * j + 13 * trial) % 28 * 6;
       exposures.push_back(0.6e-3 * std::pow(2.0, j));
-      pictures.push_back(camera.shoot(
-          [&](int x, int y) { return x >= walker && x < walker + 10 ? 3.0 : shades(x, y); },
-          exposures.back() * (1 + 0.001 * normal(random))));
+      pictures.push_back(camera.shoot([&](int x, int y) { return x >= walker && x < walker + 10 ? 3.0 : shades(x, y); },
+                                      exposures.back() * (1 + 0.001 * normal(random))));
     }
     const auto samples = choose_samples(pictures, exposures, dark_value, truth.saturation);
     const auto found = samples ? solve_response(*samples) : Result<ResponseEstimate>(samples.status());
@@ -127,7 +133,7 @@ std::vector<ParameterFigure> response_trials(ResponseCase which, int trials) {
     kind.add(0, found->response.kind == truth.response.kind);
     if (truth.response.kind == ResponseCurve::Kind::gamma) {
       if (found->response.kind == ResponseCurve::Kind::gamma)
-          gamma.within(found->response.gamma, truth.response.gamma, found->gamma_deviation, truth.response.gamma);
+        gamma.within(found->response.gamma, truth.response.gamma, found->gamma_deviation, truth.response.gamma);
       else
         gamma.fail();
     }
@@ -137,7 +143,8 @@ std::vector<ParameterFigure> response_trials(ResponseCase which, int trials) {
     for (std::size_t k = 0; k + 1 < n; ++k) {
       // The first is dark, which is 0 by definition.
       if (knots.size() < k + 1) knots.emplace_back("knot");
-      knots[k].within(found->knot_linear[k], x_of(truth, found->knot_value[k]), std::sqrt(found->knot_covariance[k * n + k]), 1);
+      knots[k].within(found->knot_linear[k], x_of(truth, found->knot_value[k]),
+                      std::sqrt(found->knot_covariance[k * n + k]), 1);
     }
   }
   ParameterFigure worst{"worst_knot", 0, 1, trials};
@@ -227,9 +234,8 @@ std::vector<ParameterFigure> card_trials(int bits, int trials) {
     const auto patch = patch_mean(card, {60, 30, 40, 40}, truth, "card");
     const auto balance = patch ? solve_white_balance(*patch) : Result<WhiteBalance>(patch.status());
     const auto reading = luminance_reading(kRadiance * meter, kMeter);
-    const auto absolute =
-        balance && reading ? solve_absolute_scale(*patch, balance->factors, {0.5e-3, 2, 1}, *reading)
-                           : Result<AbsoluteScale>(balance.status());
+    const auto absolute = balance && reading ? solve_absolute_scale(*patch, balance->factors, {0.5e-3, 2, 1}, *reading)
+                                             : Result<AbsoluteScale>(balance.status());
     if (!absolute) {
       for (Tally* t : {&red, &blue, &scale}) t->fail();
       continue;

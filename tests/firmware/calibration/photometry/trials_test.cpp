@@ -1,10 +1,10 @@
-// A camera of known photometry, calibrated from its own pictures a hundred times, is known again, and as surely as is said.
-// Thresholds are what the calibration was asked for before it was written: the reasons stand beside them.
+// A camera of known photometry, calibrated from its own pictures a hundred times, is known again, and as surely as is
+// said. Thresholds are what the calibration was asked for before it was written: the reasons stand beside them.
 #include "firmware/calibration/photometry/trials.hpp"
 
-#include <gtest/gtest.h>
-
 #include <map>
+
+#include <gtest/gtest.h>
 
 namespace lightwell::photometry {
 namespace {
@@ -52,7 +52,8 @@ TEST_P(NoiseTrials, BlackIsKnownToAThousandthAndNoiseToFivePercent) {
   EXPECT_LE(figures["black"].worst, 0.001);
   // Noise weighs pixels; five percent of it changes no weight that matters.
   for (const char* name : {"read", "read_noise", "shot_noise"}) EXPECT_LE(figures[name].worst, 0.05) << name;
-  for (const char* name : {"black", "read", "read_noise", "shot_noise"}) EXPECT_GE(figures[name].inside, kInside) << name;
+  for (const char* name : {"black", "read", "read_noise", "shot_noise"})
+    EXPECT_GE(figures[name].inside, kInside) << name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Bits, NoiseTrials, testing::Values(8, 12));

@@ -1,11 +1,11 @@
 // A lamp that is followed from the axis to the edge tells how a lens darkens.
 #include "calibration/photometry/vignetting_solver.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "calibration/response.hpp"
 
@@ -23,7 +23,8 @@ PhotometricCalibration lens(double v1, double v2, double v3) {
   return p;
 }
 
-std::vector<LampSighting> sightings(const PhotometricCalibration& truth, double from = 0, double to = 95, int count = 40) {
+std::vector<LampSighting> sightings(const PhotometricCalibration& truth, double from = 0, double to = 95,
+                                    int count = 40) {
   std::vector<LampSighting> out;
   for (int i = 0; i < count; ++i) {
     const double angle = (from + (to - from) * i / (count - 1)) * kDegree;
