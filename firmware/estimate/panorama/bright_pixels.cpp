@@ -10,7 +10,6 @@ constexpr std::size_t kMostBlocks = 2048;
 /// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees but
 /// a part of itself: the other lens tells it.
 constexpr double kLeastShare = 0.1;
-constexpr std::size_t kDirectionsInLine = 64 / sizeof(Vec3f);  ///< Of a cache.
 
 }  // namespace
 
@@ -44,23 +43,20 @@ std::int32_t BrightPixels::new_slot(std::size_t block) {
   slot_of_block_[block] = slot;
   blocks_.push_back(static_cast<std::uint32_t>(block));
   rows_.push_back(0);
-  // Its rows lie far apart in tables that no cache holds: all are asked for before the first is needed.
-  const BlockLayout::Place& p = layout_.place(block);
-  const LensTable& table = lens({p.lens, 0, 0});
-  for (int y = p.y; y < p.y + p.height; ++y) {
-    const std::size_t first = index({p.lens, p.x, y});
-    __builtin_prefetch(&table.solid_angle[first]);
-    __builtin_prefetch(&table.inverse_vignetting[first]);
-    for (std::size_t x = 0; x < static_cast<std::size_t>(p.width); x += kDirectionsInLine)
-      __builtin_prefetch(&table.direction[first + x]);
-  }
   return slot;
 }
 
 void BrightPixels::read(RowReader& reader, std::size_t block) {
   const std::int32_t slot = take_slot(block);
   if (slot < 0) return;
-  for (int row = 0; row < layout_.place(block).height; ++row)
+  // Its rows lie far apart in tables that no cache holds: all are asked for before the first is needed.
+  const BlockLayout::Place& p = layout_.place(block);
+  const LensTable& table = lens({p.lens, 0, 0});
+  for (int y = p.y; y < p.y + p.height; ++y) {
+    __builtin_prefetch(&table.solid_angle[index({p.lens, p.x, y})]);
+    __builtin_prefetch(&table.inverse_vignetting[index({p.lens, p.x, y})]);
+  }
+  for (int row = 0; row < p.height; ++row)
     if ((rows_[static_cast<std::size_t>(slot)] >> row & 1U) == 0) read_row(reader, slot, row);
 }
 
