@@ -184,6 +184,18 @@ TEST(Mei, WithoutASphereBehindItIsAPinhole) {
   EXPECT_NEAR(model.max_angle_rad(), kPi / 2, 1e-6) << "which sees half of everything";
 }
 
+TEST(Mei, ItsTermsAcrossTheRadiusAreInOpenCvsOrder) {
+  // OpenCV, calib3d: x'' = x + 2 p1 x y + p2 (r² + 2 x²), y'' = y + p1 (r² + 2 y²) + 2 p2 x y. At (1/2, 0) p1 moves down alone.
+  const auto first = CameraModel(lens_with(MeiParameters{100, 100, 0, 0, 0, 0, 0, 0.01, 0}, 1)).project({0.5, 0, 1});
+  ASSERT_TRUE(first);
+  EXPECT_NEAR(first->x, 50, kPixelTolerance);
+  EXPECT_NEAR(first->y, 0.25, kPixelTolerance);
+  const auto second = CameraModel(lens_with(MeiParameters{100, 100, 0, 0, 0, 0, 0, 0, 0.01}, 1)).project({0.5, 0, 1});
+  ASSERT_TRUE(second);
+  EXPECT_NEAR(second->x, 50.75, kPixelTolerance);
+  EXPECT_NEAR(second->y, 0, kPixelTolerance);
+}
+
 TEST(Mei, WithXiOneItIsStereographic) {
   const CameraModel model(lens_with(MeiParameters{100, 100, 0, 0, 1, 0, 0, 0, 0}, 3));
   for (const double theta : {0.1, 1.0, 2.0, 2.9}) {
