@@ -1,6 +1,6 @@
 // From a direction to a pixel, for any scalar: float, double, and the dual numbers that a solver differentiates with.
 //   KannalaBrandtModel  DoubleSphereModel  MeiModel
-//   with_model  numbers_of  with_numbers
+//   with_model  numbers_of  names_of  with_numbers
 // A model has kParameters numbers, in the order in which its parameters struct names them: fx, fy, cx, cy, then its own.
 // Directions are in the lens's axes, _cv (x right, y down, z forward), of any length. The domain is CameraModel's business:
 // here false says only that there is no number to give.
@@ -18,6 +18,7 @@ namespace lightwell {
 struct KannalaBrandtModel {
   using Parameters = KannalaBrandtParameters;
   static constexpr std::size_t kParameters = 8;
+  static constexpr std::array<const char*, kParameters> kNames{"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"};
   static std::array<double, kParameters> values(const Parameters& k) {
     return {k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.k3, k.k4};
   }
@@ -53,6 +54,7 @@ struct KannalaBrandtModel {
 struct DoubleSphereModel {
   using Parameters = DoubleSphereParameters;
   static constexpr std::size_t kParameters = 6;
+  static constexpr std::array<const char*, kParameters> kNames{"fx", "fy", "cx", "cy", "xi", "alpha"};
   static std::array<double, kParameters> values(const Parameters& d) { return {d.fx, d.fy, d.cx, d.cy, d.xi, d.alpha}; }
   static Parameters from(const double* p) { return {p[0], p[1], p[2], p[3], p[4], p[5]}; }
 
@@ -74,6 +76,7 @@ struct DoubleSphereModel {
 struct MeiModel {
   using Parameters = MeiParameters;
   static constexpr std::size_t kParameters = 9;
+  static constexpr std::array<const char*, kParameters> kNames{"fx", "fy", "cx", "cy", "xi", "k1", "k2", "p1", "p2"};
   static std::array<double, kParameters> values(const Parameters& m) {
     return {m.fx, m.fy, m.cx, m.cy, m.xi, m.k1, m.k2, m.p1, m.p2};
   }
@@ -113,6 +116,13 @@ decltype(auto) with_model(const ModelParameters& model, F&& f) {
   return with_model(model, [](auto m, const auto& parameters) {
     const auto values = decltype(m)::values(parameters);
     return std::vector<double>(values.begin(), values.end());
+  });
+}
+
+/// What they are called, as in calibration.proto.
+[[nodiscard]] inline std::vector<const char*> names_of(const ModelParameters& model) {
+  return with_model(model, [](auto m, const auto&) {
+    return std::vector<const char*>(decltype(m)::kNames.begin(), decltype(m)::kNames.end());
   });
 }
 

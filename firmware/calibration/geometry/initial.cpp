@@ -51,7 +51,7 @@ std::optional<Pose> pose_of(const Sightings& all, const Picture& picture, int bo
     if (!pose) return pose;
     std::vector<double> off;
     for (std::size_t k = 0; k < points.size(); ++k)
-      off.push_back(angle_between(rotate(pose->rotation, points[k]) + pose->translation, directions[k]));
+      off.push_back(angle_between(transformed(*pose, points[k]), directions[k]));
     std::vector<double> sorted = off;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
     const double limit = kFarOff * std::max(sorted[sorted.size() / 2], kNear_rad);
@@ -104,15 +104,6 @@ Apart taken_apart(const Sightings& all, int lens, const LensParameters& guess) {
     }
   }
   return out;
-}
-
-Pose compose(const Pose& a, const Pose& b) {
-  return {a.rotation * b.rotation, rotate(a.rotation, b.translation) + a.translation};
-}
-
-Pose inverse(const Pose& p) {
-  const Quat q = p.rotation.inverse();
-  return {q, -rotate(q, p.translation)};
 }
 
 }  // namespace

@@ -13,12 +13,12 @@ constexpr std::size_t kLeastSeen = 8;
 
 /// Of T_after T_before^-1 over `seconds`.
 Twist between(const Pose& before, const Pose& after, double seconds) {
-  Quat q = after.rotation * before.rotation.inverse();
+  const Pose moved = compose(after, inverse(before));
+  Quat q = moved.rotation;
   if (q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
   const double s = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
   const double angle = 2 * std::atan2(s, q.w), rate = (s > 0 ? angle / s : 2) / seconds;
-  const Vec3d shift = after.translation - rotate(q, before.translation);
-  return {{q.x * rate, q.y * rate, q.z * rate}, shift * (1 / seconds)};
+  return {{q.x * rate, q.y * rate, q.z * rate}, moved.translation * (1 / seconds)};
 }
 
 }  // namespace

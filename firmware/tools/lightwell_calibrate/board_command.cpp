@@ -5,6 +5,8 @@
 #include <string>
 
 #include "tools/lightwell_calibrate/board_page.hpp"
+#include "tools/lightwell_calibrate/json.hpp"
+#include "tools/lightwell_calibrate/output.hpp"
 #include "tools/lightwell_calibrate/words.hpp"
 
 namespace lightwell::calibrate {
@@ -16,7 +18,7 @@ constexpr const char* kHelp = R"(lightwell-calibrate board: a board of AprilTags
   lightwell-calibrate board --output board.pdf
   lightwell-calibrate board --columns 6 --rows 8 --tag-size-mm 22 --spacing 0.3 --paper a4 --output board.pdf
   lightwell-calibrate board --columns 1 --rows 1 --tag-size-mm 160 --first-id 7 --output tag7.pdf
-  lightwell-calibrate board --output board.pdf --output board.yaml --json -
+  lightwell-calibrate board --output board.pdf --output board.yaml --json
 
   --family F           tag36h11 or tagStandard41h12 [tag36h11]
   --columns N          tags side by side [6]
@@ -29,7 +31,7 @@ constexpr const char* kHelp = R"(lightwell-calibrate board: a board of AprilTags
   --dpi D              of a PNG [300]
   --output FILE        .pdf and .svg (vectors), .png, or .yaml (what calibrations read: Kalibr's aprilgrid); may be
                        given several times
-  --json FILE          write what was laid out where; - is standard output
+  --json               what was laid out where, as JSON on standard output
   --help               this text
 
 The sheet bears its numbers in words and a ruler. Print at 100 %, measure the ruler, and give the tag size times
@@ -42,7 +44,7 @@ struct Arguments {
   Paper paper = kPapers[0];
   double dpi = 300;
   std::vector<std::string> outputs;
-  std::string json;
+  bool json = false;
   bool help = false;
 };
 
@@ -51,11 +53,11 @@ bool ends_with(const std::string& path, std::string_view ending) { return path.e
 Result<Arguments> parse(std::span<char* const> words) {
   static const std::vector<std::string_view> kKnown = {"--family",  "--columns",  "--rows",  "--tag-size-mm",
                                                        "--spacing", "--first-id", "--paper", "--dpi",
-                                                       "--output",  "--json"};
+                                                       "--output"};
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };
-  const Result<std::vector<Word>> all = words_of(words, kKnown);
+  const Result<std::vector<Word>> all = words_of(words, kKnown, {"--json"});
   if (!all) return all.status();
   Arguments out;
   bool spacing_given = false;
@@ -105,11 +107,11 @@ Result<Arguments> parse(std::span<char* const> words) {
         return usage("--output: '" + value + "' must end in .pdf, .svg, .png or .yaml");
       out.outputs.push_back(value);
     } else if (option == "--json") {
-      out.json = value;
+      out.json = true;
     }
   }
   if (!spacing_given && out.board.family == TagFamily::tagStandard41h12) out.board.spacing = 1;
-  if (out.outputs.empty() && out.json.empty()) return usage("give --output FILE");
+  if (out.outputs.empty() && !out.json) return usage("give --output FILE");
   if (const Status s = out.board.validate(); !s.ok()) return usage(s.message());
   return out;
 }
@@ -129,9 +131,9 @@ std::string to_json(const Arguments& arguments, const BoardPage& sheet) {
 
 Status write(const Arguments& arguments, const BoardPage& sheet, const std::string& path) {
   if (ends_with(path, ".png")) return write_page_png(sheet.page, arguments.dpi, path);
-  if (ends_with(path, ".svg")) return write_file(path, page_to_svg(sheet.page));
-  if (ends_with(path, ".yaml")) return write_file(path, tag_board_to_text(arguments.board));
-  return write_file(path, page_to_pdf(sheet.page));
+  if (ends_with(path, ".svg")) return write_atomically(path, page_to_svg(sheet.page));
+  if (ends_with(path, ".yaml")) return write_atomically(path, tag_board_to_text(arguments.board));
+  return write_atomically(path, page_to_pdf(sheet.page));
 }
 
 }  // namespace
@@ -151,8 +153,8 @@ int board_command(std::span<char* const> arguments) {
   if (!sheet) return fail(sheet.status(), kBadInput);
   for (const std::string& path : parsed->outputs)
     if (const Status s = write(*parsed, *sheet, path); !s.ok()) return fail(s, kBadInput);
-  if (!parsed->json.empty()) {
-    if (const Status s = write_file(parsed->json, to_json(*parsed, *sheet)); !s.ok()) return fail(s, kBadInput);
+  if (parsed->json) {
+    std::cout << to_json(*parsed, *sheet) << std::flush;
   } else {
     std::cout << parsed->board.tags() << " tags of " << to_string(parsed->board.family) << " on "
               << (sheet->landscape ? "landscape " : "") << parsed->paper.name

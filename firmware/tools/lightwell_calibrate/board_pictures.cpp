@@ -1,16 +1,14 @@
 #include "tools/lightwell_calibrate/board_pictures.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <lightwell/color.hpp>
 #include <map>
 #include <set>
 
 #include "calibration/camera_model.hpp"
 #include "calibration/response.hpp"
-#include "camera/image_file.hpp"
 #include "pose/tag_detector.hpp"
+#include "tools/lightwell_calibrate/grey_image.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -38,16 +36,6 @@ Result<std::vector<std::string>> files_of(const std::vector<std::string>& paths)
     out.insert(out.end(), inside.begin(), inside.end());
   }
   if (out.empty()) return Status(StatusCode::invalid_argument, "no pictures are named");
-  return out;
-}
-
-/// Luma of picture values: what edges are looked for in.
-std::vector<std::uint8_t> grey_of(const Image& image) {
-  std::vector<std::uint8_t> out(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const auto at = [&](std::size_t c) { return static_cast<float>(std::to_integer<int>(image.data[3 * i + c])); };
-    out[i] = static_cast<std::uint8_t>(std::lround(std::min(255.0F, luminance_of(at(0), at(1), at(2)))));
-  }
   return out;
 }
 
@@ -106,10 +94,8 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
     if (!detector) return detector.status();
     std::string first;
     for (const std::string& file : files[lens]) {
-      const Result<Image> image = read_image(file);
+      const Result<GreyImage> image = read_grey(file);
       if (!image) return image.status();
-      if (image->format != PixelFormat::rgb8)
-        return Status(StatusCode::invalid_argument, file + ": boards are looked for in PNG and JPEG pictures");
       if (first.empty()) {
         first = file;
         out.lenses.push_back({image->width, image->height});
@@ -119,11 +105,9 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
                           std::to_string(out.lenses[lens].width) + "x" + std::to_string(out.lenses[lens].height) +
                           "; a lens is calibrated from pictures of one size");
       }
-      const std::vector<std::uint8_t> grey = grey_of(*image);
       std::optional<CameraModel> camera;
       if (known != nullptr) camera.emplace((*known)[lens]);
-      const auto tags = detector->detect({grey, image->width, image->height, static_cast<std::size_t>(image->width)},
-                                         camera ? &*camera : nullptr);
+      const auto tags = detector->detect(image->view(), camera ? &*camera : nullptr);
       if (!tags) return Status(tags.status().code(), file + ": " + tags.status().message());
       calibration::Picture picture;
       picture.name = file;

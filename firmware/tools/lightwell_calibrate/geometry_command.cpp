@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -16,22 +17,24 @@
 #include "calibration/geometry/geometry.hpp"
 #include "calibration/lens_pair.hpp"
 #include "calibration/projection.hpp"
-#include "tools/lightwell_calibrate/atomic_file.hpp"
 #include "tools/lightwell_calibrate/board_pictures.hpp"
 #include "tools/lightwell_calibrate/geometry_report.hpp"
+#include "tools/lightwell_calibrate/json.hpp"
+#include "tools/lightwell_calibrate/output.hpp"
+#include "tools/lightwell_calibrate/words.hpp"
 
-namespace lightwell {
+namespace lightwell::calibrate {
 namespace {
 
-using namespace calibrate;
 using namespace calibration;
 using std::numbers::pi;
 
-enum Exit : int { kOk = 0, kBadInput = 1, kUsage = 2 };
+/// Of coverage alone: the pictures are fine, and too few.
+constexpr int kLacking = 3;
 constexpr double kDegree = pi / 180;
 
 constexpr const char* kGeometryFooter = R"(Examples:
-  lightwell-calibrate board --output board.pdf --yaml board.yaml          print it, glue it to something flat
+  lightwell-calibrate board --output board.pdf --output board.yaml         print it, glue it to something flat
   lightwell-calibrate coverage --board board.yaml --lens0 pictures --watch   while taking pictures
   lightwell-calibrate geometry --board board.yaml --lens0 pictures --field-deg 190 --output rig.textproto
   lightwell-calibrate geometry --board north.yaml --board east.yaml --board south.yaml --board west.yaml \
@@ -67,10 +70,10 @@ int parse(CLI::App& app, std::span<char* const> arguments, bool& done) {
   try {
     app.parse(words);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kOk : kUsage;
+    return app.exit(e) == 0 ? kDone : kUsage;
   }
   done = false;
-  return kOk;
+  return kDone;
 }
 
 Progress shown_progress(const char* what) {
@@ -123,27 +126,40 @@ double circle_of(const LensParameters& lens) {
   return middle && rim ? std::hypot(rim->x - middle->x, rim->y - middle->y) : 0;
 }
 
-void print_json(const GeometryFit& fit) {
-  std::printf("{\"rms_px\": %.6g, \"sigma_px\": %.6g, \"lenses\": [", fit.bundle.rms_px, fit.bundle.sigma_px);
-  for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
-    const LensFit& lens = fit.lenses[k];
-    const std::vector<double> numbers = numbers_of(lens.model);
-    std::printf("%s{\"numbers\": [", k > 0 ? ", " : "");
-    for (std::size_t i = 0; i < numbers.size(); ++i) std::printf("%s%.12g", i > 0 ? ", " : "", numbers[i]);
-    std::printf("], \"sigmas\": [");
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      std::printf("%s%.3g", i > 0 ? ", " : "", std::sqrt(lens.covariance[i * numbers.size() + i]));
-    std::printf("], \"seen_deg\": %.4g, \"direction_3_sigma_deg\": %.3g}", lens.seen_rad / kDegree, lens.direction_uncertainty_rad / kDegree);
-  }
-  std::printf("]");
+/// Numbers by their names: "fx": 286.1.
+std::string named(const std::vector<const char*>& names, const std::vector<double>& values) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    out += (i > 0 ? ", " : "") + json_string(names[i]) + ": " + json_number(values[i]);
+  return "{" + out + "}";
+}
+
+std::string json_of(const LensFit& lens) {
+  const std::vector<double> numbers = numbers_of(lens.model);
+  std::vector<double> sigmas;
+  for (std::size_t i = 0; i < numbers.size(); ++i) sigmas.push_back(std::sqrt(lens.covariance[i * numbers.size() + i]));
+  const std::vector<const char*> names = names_of(lens.model);
+  return "{\"model\": " + named(names, numbers) + ", \"sigma\": " + named(names, sigmas) +
+         ", \"seen_deg\": " + json_number(lens.seen_rad / kDegree) +
+         ", \"direction_3_sigma_deg\": " + json_number(lens.direction_uncertainty_rad / kDegree) + "}";
+}
+
+std::string json_of(const GeometryFit& fit) {
+  std::string out = "{\"rms_px\": " + json_number(fit.bundle.rms_px) + ", \"sigma_px\": " + json_number(fit.bundle.sigma_px) +
+                    ",\n \"lenses\": [";
+  for (std::size_t k = 0; k < fit.lenses.size(); ++k) out += (k > 0 ? ",\n  " : "\n  ") + json_of(fit.lenses[k]);
+  out += "]";
   if (fit.lenses.size() > 1) {
     const Quat& q = fit.pair.rotation;
     const Vec3d& t = fit.pair.translation;
-    std::printf(", \"T_lens1_lens0\": {\"q\": [%.10g, %.10g, %.10g, %.10g], \"t_m\": [%.8g, %.8g, %.8g]}, \"time_offset_s\": %.6g, "
-                "\"time_offset_sigma_s\": %.3g",
-                q.x, q.y, q.z, q.w, t.x, t.y, t.z, fit.time_offset_s, fit.time_offset_sigma_s);
+    std::vector<double> sigmas;
+    for (std::size_t i = 0; i < 6; ++i) sigmas.push_back(std::sqrt(fit.pair_covariance[7 * i]));
+    out += ",\n \"lens1_lens0_cv\": {\"translation_m\": " + json_numbers(std::array{t.x, t.y, t.z}) +
+           ", \"rotation_xyzw\": " + json_numbers(std::array{q.x, q.y, q.z, q.w}) +
+           ", \"sigma_rotation_rad_translation_m\": " + json_numbers(sigmas) + "},\n \"time_offset_s\": " +
+           json_number(fit.time_offset_s) + ", \"time_offset_sigma_s\": " + json_number(fit.time_offset_sigma_s);
   }
-  std::printf("}\n");
+  return out + "}\n";
 }
 
 void print_words(const GeometryFit& fit) {
@@ -231,8 +247,11 @@ int geometry_command(std::span<char* const> arguments) {
     if (const Status s = draw_lenses(fit->used, covered, fit->bundle.residuals, "lightwell-calibrate geometry: " + output, report); !s.ok())
       return fail("geometry", s);
   }
-  in.json ? print_json(*fit) : print_words(*fit);
-  return kOk;
+  if (in.json)
+    std::cout << json_of(*fit) << std::flush;
+  else
+    print_words(*fit);
+  return kDone;
 }
 
 int coverage_command(std::span<char* const> arguments) {
@@ -262,9 +281,9 @@ int coverage_command(std::span<char* const> arguments) {
         const std::vector<std::string> next = advice(all.back());
         lacking = lacking || !next.empty();
         if (in.json) {
-          json += (lens > 0 ? ", " : "") + std::string("{\"lens\": ") + std::to_string(lens) + ", \"share\": " + std::to_string(all.back().share()) +
+          json += (lens > 0 ? ", " : "") + std::string("{\"lens\": ") + std::to_string(lens) + ", \"share\": " + json_number(all.back().share()) +
                   ", \"pictures\": " + std::to_string(all.back().with_board) + ", \"advice\": [";
-          for (std::size_t i = 0; i < next.size(); ++i) json += (i > 0 ? ", \"" : "\"") + next[i] + "\"";
+          for (std::size_t i = 0; i < next.size(); ++i) json += (i > 0 ? ", " : "") + json_string(next[i]);
           json += "]}";
           continue;
         }
@@ -276,10 +295,10 @@ int coverage_command(std::span<char* const> arguments) {
       if (!picture.empty())
         if (const Status s = draw_lenses(*seen, all, {}, "lightwell-calibrate coverage", picture); !s.ok()) return fail("coverage", s);
     }
-    if (!lacking) return kOk;
-    if (!watch) return 3;
+    if (!lacking) return kDone;
+    if (!watch) return kLacking;
     std::this_thread::sleep_for(std::chrono::seconds(2));
   }
 }
 
-}  // namespace lightwell
+}  // namespace lightwell::calibrate

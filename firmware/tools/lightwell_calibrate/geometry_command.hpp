@@ -3,10 +3,10 @@
 
 #include <span>
 
-namespace lightwell {
+namespace lightwell::calibrate {
 
 /// `arguments` are the words after the subcommand. Exit status: 0 done, 1 an input is wrong, 2 wrong usage.
 [[nodiscard]] int geometry_command(std::span<char* const> arguments);
 [[nodiscard]] int coverage_command(std::span<char* const> arguments);
 
-}  // namespace lightwell
+}  // namespace lightwell::calibrate

@@ -1,20 +1,19 @@
 #include "tools/lightwell_calibrate/import_command.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "calibration/import/import.hpp"
+#include "tools/lightwell_calibrate/json.hpp"
+#include "tools/lightwell_calibrate/output.hpp"
+#include "tools/lightwell_calibrate/words.hpp"
 
-namespace lightwell {
+namespace lightwell::calibrate {
 
 namespace {
 
@@ -34,7 +33,7 @@ Reads
   ros      sensor_msgs/CameraInfo as YAML: equidistant (fisheye); binning and region of interest are followed.
 Lenses with radtan or plumb_bob are taken where k1 k2 p1 p2 say all, and refused otherwise.
   --output FILE         where the calibration goes (proto/lightwell/v1/calibration.proto, text format); - is standard
-                        output. Written over where it is there
+                        output. Replaced whole or not at all
   --kind KIND           opencv, kalibr or ros [told by the content]
   --camera N            camN of a camchain alone [one camera, or a pair]
   --max-angle-deg A     half the field of view, lowered to where the model ends. No format knows it: [the largest angle
@@ -47,22 +46,12 @@ Notes on what was assumed go to standard error and, as comments, into the file.
 Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
 )";
 
-enum Exit : int { kOk = 0, kBadInput = 1, kUsage = 2 };
-
 struct Arguments {
   std::string input, output;
   ImportOptions options;
   bool json = false;
   bool help = false;
 };
-
-template <class T>
-std::optional<T> number(const std::string& text) {
-  T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 Status usage(const std::string& what) { return {StatusCode::invalid_argument, what + "; see --help"}; }
 
@@ -90,35 +79,24 @@ Status take(const std::string& option, const std::string& value, Arguments& out)
   return {};
 }
 
-Result<Arguments> parse(const std::vector<std::string>& words) {
-  static constexpr std::string_view kWithValue[] = {"--output", "--kind", "--camera", "--max-angle-deg"};
+Result<Arguments> parse(std::span<char* const> arguments) {
+  const Result<std::vector<Word>> words = words_of(arguments, {"--output", "--kind", "--camera", "--max-angle-deg"}, {"--json"});
+  if (!words) return words.status();
   Arguments out;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    std::string word = words[i];
-    if (word == "--help" || word == "-h") {
+  for (const auto& [option, value] : *words) {
+    if (option == "--help") {
       out.help = true;
       return out;
     }
-    if (word == "--json") {
+    if (option == "--json") {
       out.json = true;
-      continue;
+    } else if (option.empty()) {
+      if (!out.input.empty()) return usage("one file at a time, not " + out.input + " and '" + value + "'");
+      if (value.empty()) return usage("an empty word where a file is expected");
+      out.input = value;
+    } else if (Status s = take(option, value, out); !s.ok()) {
+      return s;
     }
-    if (word.empty() || word[0] != '-') {
-      if (!out.input.empty()) return usage("one file at a time, not " + out.input + " and '" + word + "'");
-      if (word.empty()) return usage("an empty word where a file is expected");
-      out.input = word;
-      continue;
-    }
-    std::optional<std::string> value;
-    if (const auto equals = word.find('='); equals != std::string::npos) {
-      value = word.substr(equals + 1);
-      word.resize(equals);
-    }
-    if (std::find(std::begin(kWithValue), std::end(kWithValue), word) == std::end(kWithValue))
-      return usage("unknown option " + word);
-    if (!value && i + 1 < words.size()) value = words[++i];
-    if (!value) return usage(word + " needs a value");
-    if (Status s = take(word, *value, out); !s.ok()) return s;
   }
   if (out.input.empty()) return usage("which file? Give the calibration to import");
   if (out.output.empty()) return usage("where to? Give --output");
@@ -143,47 +121,21 @@ std::string file_text(const Arguments& arguments, const ImportedCalibration& imp
   return text + calibration_to_text(imported.rig);
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) {
-      char escaped[8];
-      std::snprintf(escaped, sizeof escaped, "\\u%04x", static_cast<unsigned>(c));
-      out += escaped;
-      continue;
-    }
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + "\"";
-}
-
 std::string json_of(const Arguments& arguments, const ImportedCalibration& imported) {
-  std::string out = "{\"input\": " + quoted(arguments.input) + ", \"kind\": \"" +
-                    std::string(to_string(imported.kind)) + "\", \"output\": " + quoted(arguments.output) +
+  std::string out = "{\"input\": " + json_string(arguments.input) + ", \"kind\": \"" +
+                    std::string(to_string(imported.kind)) + "\", \"output\": " + json_string(arguments.output) +
                     ",\n \"lenses\": [";
   for (std::size_t i = 0; i < imported.rig.lenses.size(); ++i) {
     const LensParameters& lens = imported.rig.lenses[i];
     char numbers[96];
     std::snprintf(numbers, sizeof numbers, "\"width\": %d, \"height\": %d, \"max_angle_deg\": %.9g", lens.width,
                   lens.height, lens.max_angle_rad / kDegree);
-    out += (i > 0 ? ",\n  " : "\n  ") + std::string("{\"camera\": ") + quoted(imported.cameras[i]) + ", \"model\": \"" +
+    out += (i > 0 ? ",\n  " : "\n  ") + std::string("{\"camera\": ") + json_string(imported.cameras[i]) + ", \"model\": \"" +
            std::string(model_name(lens.model)) + "\", " + numbers + "}";
   }
   out += "],\n \"notes\": [";
-  for (std::size_t i = 0; i < imported.notes.size(); ++i) out += (i > 0 ? ",\n  " : "\n  ") + quoted(imported.notes[i]);
+  for (std::size_t i = 0; i < imported.notes.size(); ++i) out += (i > 0 ? ",\n  " : "\n  ") + json_string(imported.notes[i]);
   return out + "]}\n";
-}
-
-Status write_file(const std::string& path, const std::string& text) {
-  if (path == "-") {
-    std::cout << text << std::flush;
-    return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
-  }
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  out.close();
-  return out ? Status() : Status(StatusCode::data_loss, path + ": cannot be written");
 }
 
 }  // namespace
@@ -193,11 +145,11 @@ int import_command(std::span<char* const> arguments) {
     std::cerr << "lightwell-calibrate import: " << s.message() << "\n";
     return exit;
   };
-  const Result<Arguments> parsed = parse({arguments.begin(), arguments.end()});
+  const Result<Arguments> parsed = parse(arguments);
   if (!parsed) return fail(parsed.status(), kUsage);
   if (parsed->help) {
     std::cout << kHelp;
-    return kOk;
+    return kDone;
   }
   const Result<ImportedCalibration> imported = import_calibration_file(parsed->input, parsed->options);
   if (!imported) return fail(imported.status(), kBadInput);
@@ -205,12 +157,12 @@ int import_command(std::span<char* const> arguments) {
   // What the firmware will read, before it replaces what was there.
   if (const Result<RigParameters> back = parse_calibration(text, parsed->output); !back)
     return fail(back.status(), kBadInput);
-  if (const Status s = write_file(parsed->output, text); !s.ok()) return fail(s, kBadInput);
+  if (const Status s = write_output(parsed->output, text); !s.ok()) return fail(s, kBadInput);
   for (const std::string& note : imported->notes) std::cerr << "lightwell-calibrate import: " << note << "\n";
   if (parsed->json) {
-    if (const Status s = write_file("-", json_of(*parsed, *imported)); !s.ok()) return fail(s, kBadInput);
+    if (const Status s = write_output("-", json_of(*parsed, *imported)); !s.ok()) return fail(s, kBadInput);
   }
-  return kOk;
+  return kDone;
 }
 
-}  // namespace lightwell
+}  // namespace lightwell::calibrate

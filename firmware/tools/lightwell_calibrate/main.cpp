@@ -19,11 +19,11 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"board", "a board of tags to print, true to scale", lightwell::calibrate::board_command},
-    {"coverage", "which part of the picture still lacks views of the board", lightwell::coverage_command},
-    {"geometry", "lenses, and how two stand to each other, from pictures of boards", lightwell::geometry_command},
-    {"photometry", "response, black level, noise, vignetting, white balance, scale", lightwell::photometry_command},
+    {"coverage", "which part of the picture still lacks views of the board", lightwell::calibrate::coverage_command},
+    {"geometry", "lenses, and how two stand to each other, from pictures of boards", lightwell::calibrate::geometry_command},
+    {"photometry", "response, black level, noise, vignetting, white balance, scale", lightwell::calibrate::photometry_command},
     {"mounting", "where in the room the probe is, from tags in view", lightwell::calibrate::mounting_command},
-    {"import", "a calibration of OpenCV's, Kalibr's or ROS's", lightwell::import_command},
+    {"import", "a calibration of OpenCV's, Kalibr's or ROS's", lightwell::calibrate::import_command},
 };
 
 void print_help(std::FILE* to) {

@@ -8,11 +8,15 @@
 #include <string>
 #include <vector>
 
+#include <lightwell/mounting.hpp>
+
 #include "calibration/response.hpp"
-#include "camera/image_file.hpp"
 #include "pose/mounting.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/lightwell_calibrate/room_tags.hpp"
+#include "tools/lightwell_calibrate/grey_image.hpp"
+#include "tools/lightwell_calibrate/json.hpp"
+#include "tools/lightwell_calibrate/output.hpp"
 #include "tools/lightwell_calibrate/words.hpp"
 
 namespace lightwell::calibrate {
@@ -38,7 +42,9 @@ constexpr const char* kHelp =
   --gravity X,Y,Z      up in the probe's frame, as a resting accelerometer reads it; without pictures all that is known
   --gravity-sigma-deg S   its uncertainty [1]
   --model-error-px E   how far the calibration may be wrong [0.05]
-  --json FILE          write pose, covariance and what each tag contributed; - is standard output
+  --output FILE        the pose with its covariance for `lightwelld --mounting` (or `mounting` of its configuration), which
+                       tells it to its clients; - is standard output. Replaced whole or not at all
+  --json               pose, covariance and what each tag contributed, as JSON on standard output
   --help               this text
 
 Pictures are PNG or JPEG, one a lens, of the calibration's size. World and probe: +X right, +Y up, -Z forward. The
@@ -52,22 +58,23 @@ struct PictureArgument {
 };
 
 struct Arguments {
-  std::string calibration, tags, board, json;
+  std::string calibration, tags, board, output;
   std::optional<Pose> board_pose;
   std::vector<PictureArgument> pictures;
   std::optional<GravityReading> gravity;
   MountingOptions options;
+  bool json = false;
   bool help = false;
 };
 
 Result<Arguments> parse(std::span<char* const> words) {
   static const std::vector<std::string_view> kKnown = {"--calibration",       "--tags",           "--board",
                                                        "--board-pose",        "--lens",           "--gravity",
-                                                       "--gravity-sigma-deg", "--model-error-px", "--json"};
+                                                       "--gravity-sigma-deg", "--model-error-px",   "--output"};
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };
-  const Result<std::vector<Word>> all = words_of(words, kKnown);
+  const Result<std::vector<Word>> all = words_of(words, kKnown, {"--json"});
   if (!all) return all.status();
   Arguments out;
   int lens = 0;
@@ -115,10 +122,14 @@ Result<Arguments> parse(std::span<char* const> words) {
       const auto n = number<double>(value);
       if (!n) return bad("a number");
       out.options.model_error_px = *n;
+    } else if (option == "--output") {
+      if (value.empty()) return bad("a file");
+      out.output = value;
     } else if (option == "--json") {
-      out.json = value;
+      out.json = true;
     }
   }
+  if (out.json && out.output == "-") return usage("--json and --output - both want standard output");
   if (out.gravity) out.gravity->sigma_rad = sigma_deg * kDegree;
   if (met.contains("--gravity-sigma-deg") && !out.gravity) return usage("--gravity-sigma-deg speaks of --gravity");
   if (const Status s = out.options.validate(); !s.ok()) return usage(s.message());
@@ -155,21 +166,12 @@ Result<std::vector<SeenTag>> tags_in(const PictureArgument& picture, const RigPa
     return wrong("belongs to lens " + std::to_string(picture.lens) + " and the calibration has " +
                  std::to_string(rig.lenses.size()));
   const LensParameters& lens = rig.lenses[static_cast<std::size_t>(picture.lens)];
-  const Result<Image> image = read_image(picture.path);
+  const Result<GreyImage> image = read_grey(picture.path);
   if (!image) return image.status();
-  if (image->format != PixelFormat::rgb8) return wrong("tags are read from PNG and JPEG; this one holds floats");
   if (image->width != lens.width || image->height != lens.height)
     return wrong("has " + std::to_string(image->width) + "x" + std::to_string(image->height) +
                  " pixels, the calibration speaks of " + std::to_string(lens.width) + "x" +
                  std::to_string(lens.height));
-  std::vector<std::uint8_t> grey;
-  grey.reserve(image->data.size() / 3);
-  // Tags are grey: the mean that has the least noise of a mosaic serves as well as luminance.
-  for (std::size_t i = 0; i + 2 < image->data.size(); i += 3)
-    grey.push_back(
-        static_cast<std::uint8_t>((std::to_integer<int>(image->data[i]) + 2 * std::to_integer<int>(image->data[i + 1]) +
-                                   std::to_integer<int>(image->data[i + 2]) + 2) /
-                                  4));
   TagDetectorOptions options;
   options.families.clear();
   for (const TagInRoom& tag : room)
@@ -180,7 +182,7 @@ Result<std::vector<SeenTag>> tags_in(const PictureArgument& picture, const RigPa
   if (!detector) return detector.status();
   const CameraModel model(lens);
   const Result<std::vector<TagDetection>> tags =
-      detector->detect({grey, image->width, image->height, static_cast<std::size_t>(image->width)}, &model);
+      detector->detect(image->view(), &model);
   if (!tags) return tags.status();
   std::vector<SeenTag> out;
   for (const TagDetection& tag : *tags) out.push_back({picture.lens, tag});
@@ -272,9 +274,18 @@ int mounting_command(std::span<char* const> arguments) {
   }
   const Result<Mounting> mounting = mounting_of(*parsed);
   if (!mounting) return fail(mounting.status(), kBadInput);
-  if (!parsed->json.empty()) {
-    if (const Status s = write_file(parsed->json, to_json(*mounting)); !s.ok()) return fail(s, kBadInput);
-  } else {
+  if (!parsed->output.empty()) {
+    if (mounting->ambiguous)
+      return fail({StatusCode::failed_precondition,
+                   "the pictures leave two attitudes open, and a probe can tell only one: nothing was written to " +
+                       parsed->output + "; show larger or more tags, or give --gravity"},
+                  kBadInput);
+    if (const Status s = write_output(parsed->output, mounting_to_text(mounting->world_probe)); !s.ok())
+      return fail(s, kBadInput);
+  }
+  if (parsed->json) {
+    std::cout << to_json(*mounting) << std::flush;
+  } else if (parsed->output != "-") {
     print_summary(*mounting);
   }
   return kDone;

@@ -8,17 +8,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include "tools/lightwell_calibrate/atomic_file.hpp"
+#include "tools/lightwell_calibrate/output.hpp"
 #include "tools/lightwell_calibrate/photometry_print.hpp"
 #include "tools/lightwell_calibrate/photometry_report.hpp"
 #include "tools/lightwell_calibrate/photometry_steps.hpp"
+#include "tools/lightwell_calibrate/words.hpp"
 
-namespace lightwell {
+namespace lightwell::calibrate {
 namespace {
-
-using namespace calibrate;
-
-enum Exit : int { kOk = 0, kBadInput = 1, kUsage = 2 };
 
 constexpr const char* kFooter = R"(Examples:
   lightwell-calibrate photometry --calibration rig.textproto --dark dark --response series --output rig.textproto
@@ -102,7 +99,7 @@ int photometry_command(std::span<char* const> arguments) {
     std::vector<std::string> words(arguments.rbegin(), arguments.rend());  // CLI11 takes them from the back.
     app.parse(std::move(words));
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kOk : kUsage;
+    return app.exit(e) == 0 ? kDone : kUsage;
   }
   const auto usage = [](const std::string& what) { return fail(what + "; see --help", kUsage); };
   if (!grey.empty() && !split_grey(grey, in)) return usage("--grey '" + grey + "' is not IMAGE:x,y,w,h");
@@ -131,7 +128,7 @@ int photometry_command(std::span<char* const> arguments) {
   if (Status s = write_atomically(output, calibration_to_text(run->rig)); !s.ok()) return fail(s.message(), kBadInput);
   for (const std::string& note : run->notes) std::cerr << "lightwell-calibrate photometry: " << note << "\n";
   std::cout << (json ? json_of(*run) : text_of(*run)) << std::flush;
-  return kOk;
+  return kDone;
 }
 
-}  // namespace lightwell
+}  // namespace lightwell::calibrate

@@ -4,10 +4,10 @@
 
 #include <span>
 
-namespace lightwell {
+namespace lightwell::calibrate {
 
 /// `arguments`: what follows the subcommand's name. Prints to standard output and error. 0 done, 1 an input is wrong,
 /// 2 wrong usage.
 [[nodiscard]] int photometry_command(std::span<char* const> arguments);
 
-}  // namespace lightwell
+}  // namespace lightwell::calibrate

@@ -5,6 +5,8 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "tools/lightwell_calibrate/json.hpp"
+
 namespace lightwell::calibrate {
 namespace {
 
@@ -17,61 +19,40 @@ namespace {
   return out.data();
 }
 
-std::string number(double v) { return std::isfinite(v) ? text("%.9g", v) : "null"; }
-
-template <class Numbers>
-std::string list(const Numbers& values) {
-  std::string out;
-  for (const double v : values) out += (out.empty() ? "" : ", ") + number(v);
-  return "[" + out + "]";
-}
-
-std::string quoted(const std::string& s) {
-  std::string out = "\"";
-  for (const char c : s) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20)
-      out += text("\\u%04x", static_cast<unsigned>(c));
-    else
-      out += c;
-  }
-  return out + "\"";
-}
-
 std::string json_of(const photometry::ResponseEstimate& r) {
   std::string scores;
   for (const photometry::ResponseScore& s : r.scores)
     scores += text("%s{\"kind\": \"%s\", \"criterion\": %s, \"from_table\": %s}", scores.empty() ? "" : ", ",
-                   std::string(photometry::to_string(s.kind)).c_str(), number(s.criterion).c_str(),
-                   number(s.from_table).c_str());
+                   std::string(photometry::to_string(s.kind)).c_str(), json_number(s.criterion).c_str(),
+                   json_number(s.from_table).c_str());
   return text("{\"kind\": \"%s\", \"gamma\": %s, \"gamma_deviation\": %s, ",
-              std::string(photometry::to_string(r.response.kind)).c_str(), number(r.response.gamma).c_str(),
-              number(r.gamma_deviation).c_str()) +
-         text("\"residual\": %s, \"samples\": %d, \"outliers\": %d, ", number(r.residual).c_str(), r.samples,
+              std::string(photometry::to_string(r.response.kind)).c_str(), json_number(r.response.gamma).c_str(),
+              json_number(r.gamma_deviation).c_str()) +
+         text("\"residual\": %s, \"samples\": %d, \"outliers\": %d, ", json_number(r.residual).c_str(), r.samples,
               r.outliers) +
          "\"scores\": [" + scores + "]}";
 }
 
 std::string json_of(const photometry::DarkEstimate& d) {
-  return text("{\"black_level\": %s, \"black_deviation\": %s, ", number(d.black_level).c_str(),
-              number(d.black_deviation).c_str()) +
-         text("\"read_noise\": %s, \"read_deviation\": %s, ", number(d.read_noise).c_str(),
-              number(d.read_deviation).c_str()) +
+  return text("{\"black_level\": %s, \"black_deviation\": %s, ", json_number(d.black_level).c_str(),
+              json_number(d.black_deviation).c_str()) +
+         text("\"read_noise\": %s, \"read_deviation\": %s, ", json_number(d.read_noise).c_str(),
+              json_number(d.read_deviation).c_str()) +
          text("\"clipped\": %s, \"resolved\": %s, \"outlier_share\": %s}", d.clipped ? "true" : "false",
-              d.resolved ? "true" : "false", number(d.outlier_share).c_str());
+              d.resolved ? "true" : "false", json_number(d.outlier_share).c_str());
 }
 
 std::string json_of(const photometry::NoiseEstimate& n, std::size_t levels) {
-  return text("{\"read_noise\": %s, \"read_deviation\": %s, ", number(n.read_noise).c_str(),
-              number(n.read_deviation).c_str()) +
-         text("\"shot_noise\": %s, \"shot_deviation\": %s, ", number(n.shot_noise).c_str(),
-              number(n.shot_deviation).c_str()) +
-         text("\"levels\": %zu, \"scatter\": %s}", levels, number(n.scatter).c_str());
+  return text("{\"read_noise\": %s, \"read_deviation\": %s, ", json_number(n.read_noise).c_str(),
+              json_number(n.read_deviation).c_str()) +
+         text("\"shot_noise\": %s, \"shot_deviation\": %s, ", json_number(n.shot_noise).c_str(),
+              json_number(n.shot_deviation).c_str()) +
+         text("\"levels\": %zu, \"scatter\": %s}", levels, json_number(n.scatter).c_str());
 }
 
 std::string json_of(const photometry::VignettingEstimate& v) {
-  return "{\"vignetting\": " + list(v.vignetting) + ", \"covariance\": " + list(v.covariance) +
-         text(", \"residual\": %s, \"sightings\": %zu, \"outliers\": %d}", number(v.residual).c_str(), v.weight.size(),
+  return "{\"vignetting\": " + json_numbers(v.vignetting) + ", \"covariance\": " + json_numbers(v.covariance) +
+         text(", \"residual\": %s, \"sightings\": %zu, \"outliers\": %d}", json_number(v.residual).c_str(), v.weight.size(),
               v.outliers);
 }
 
@@ -79,7 +60,7 @@ std::string json_of(const photometry::VignettingEstimate& v) {
 
 std::string json_of(const PhotometryRun& run) {
   std::string notes;
-  for (const std::string& n : run.notes) notes += (notes.empty() ? "" : ", ") + quoted(n);
+  for (const std::string& n : run.notes) notes += (notes.empty() ? "" : ", ") + json_string(n);
   const auto or_null = [](bool there, const auto& make) { return there ? make() : std::string("null"); };
   return text("{\"lens\": %d, \"response\": ", run.lens) +
          or_null(run.response.has_value(), [&] { return json_of(*run.response); }) +
@@ -89,14 +70,14 @@ std::string json_of(const PhotometryRun& run) {
          ", \"white_balance\": " +
          or_null(run.white_balance.has_value(),
                  [&] {
-                   return "{\"factors\": " + list(run.white_balance->factors) +
-                          ", \"covariance\": " + list(run.white_balance->covariance) + "}";
+                   return "{\"factors\": " + json_numbers(run.white_balance->factors) +
+                          ", \"covariance\": " + json_numbers(run.white_balance->covariance) + "}";
                  }) +
          ", \"scale\": " +
          or_null(run.scale.has_value(),
                  [&] {
-                   return text("{\"nits_per_unit\": %s, \"deviation\": %s}", number(run.scale->nits_per_unit).c_str(),
-                               number(run.scale->deviation).c_str());
+                   return text("{\"nits_per_unit\": %s, \"deviation\": %s}", json_number(run.scale->nits_per_unit).c_str(),
+                               json_number(run.scale->deviation).c_str());
                  }) +
          ", \"notes\": [" + notes + "]}\n";
 }

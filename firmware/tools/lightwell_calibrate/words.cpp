@@ -1,15 +1,13 @@
 #include "tools/lightwell_calibrate/words.hpp"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
-#include <iostream>
 
 #include "camera/uri.hpp"
 
 namespace lightwell::calibrate {
 
-Result<std::vector<Word>> words_of(std::span<char* const> arguments, const std::vector<std::string_view>& known) {
+Result<std::vector<Word>> words_of(std::span<char* const> arguments, const std::vector<std::string_view>& known,
+                                   const std::vector<std::string_view>& flags) {
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };
@@ -24,10 +22,16 @@ Result<std::vector<Word>> words_of(std::span<char* const> arguments, const std::
       out.push_back({"", std::string(text)});
       continue;
     }
+    if (std::find(flags.begin(), flags.end(), text) != flags.end()) {
+      out.push_back({std::string(text), ""});
+      continue;
+    }
     const auto equals = text.find('=');
     const std::string name(text.substr(0, equals));
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      const std::string near = nearest_name(name, known);
+      std::vector<std::string_view> all = known;
+      all.insert(all.end(), flags.begin(), flags.end());
+      const std::string near = nearest_name(name, all);
       return usage("unknown option " + name + (near.empty() ? "" : "; did you mean " + near + "?"));
     }
     if (equals != std::string_view::npos) {
@@ -53,42 +57,6 @@ std::optional<std::vector<double>> numbers(std::string_view text, std::size_t co
   }
   if (out.size() != count) return std::nullopt;
   return out;
-}
-
-Status write_file(const std::string& path, std::string_view bytes) {
-  if (path == "-") {
-    std::cout << bytes << std::flush;
-    return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
-  }
-  std::ofstream out(path, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  return out ? Status() : Status(StatusCode::data_loss, path + ": cannot be written");
-}
-
-std::string json_number(double value) {
-  if (std::isnan(value)) return "\"NaN\"";
-  if (std::isinf(value)) return value > 0 ? "\"Infinity\"" : "\"-Infinity\"";
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
-std::string json_string(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      char code[8];
-      std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
-      out += code;
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
 }
 
 }  // namespace lightwell::calibrate

@@ -188,7 +188,7 @@ TEST(BoardPose, IsFoundWhereverTheBoardIs) {
     const double a = i;
     const Pose truth{Quat{std::sin(a), std::cos(2 * a), std::sin(3 * a), 0.3}.normalized(), {std::sin(5 * a), std::cos(7 * a), std::sin(11 * a)}};
     std::vector<Vec3d> directions;
-    for (const Vec3d& p : board.points) directions.push_back(normalized(rotate(truth.rotation, p) + truth.translation));
+    for (const Vec3d& p : board.points) directions.push_back(normalized(transformed(truth, p)));
     const auto found = board_pose(board.points, directions);
     ASSERT_TRUE(found) << i;
     EXPECT_LT(length(found->translation - truth.translation), 1e-6) << i;

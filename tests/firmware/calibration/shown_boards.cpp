@@ -22,7 +22,6 @@ Quat turned_to(Vec3d to) {
   return axis == Vec3d{} ? Quat{} : Quat::about(axis, angle_between(z, to));
 }
 
-Pose compose(const Pose& a, const Pose& b) { return {a.rotation * b.rotation, rotate(a.rotation, b.translation) + a.translation}; }
 
 class Shower {
  public:
@@ -34,7 +33,7 @@ class Shower {
   void add(const LensParameters& lens, const Board& board, int number, const Pose& lens_from_board, Picture& out) {
     const CameraModel camera(lens);
     for (std::size_t k = 0; k < board.points.size(); ++k) {
-      const Vec3d p = rotate(lens_from_board.rotation, board.points[k]) + lens_from_board.translation;
+      const Vec3d p = transformed(lens_from_board, board.points[k]);
       // The printed side looks along -z, to whoever has it in front.
       if (dot(rotate(lens_from_board.rotation, Vec3d{0, 0, 1}), normalized(p)) < std::cos(75 * pi / 180)) continue;
       const auto pixel = camera.project(p);

@@ -153,7 +153,7 @@ TEST(BoardCommand, TheYamlIsTheBoard) {
 }
 
 TEST(BoardCommand, JsonTellsWhatIsWhere) {
-  const Said said = run(board_command, {"--json", "-"});
+  const Said said = run(board_command, {"--json"});
   EXPECT_EQ(said.status, 0);
   EXPECT_THAT(said.out, HasSubstr("\"sheet_mm\": [210, 297], \"origin_mm\": ["));
   EXPECT_THAT(said.out, HasSubstr("\"tag_size_m\": 0.024"));
@@ -170,19 +170,19 @@ TEST(BoardCommand, MistakesAreNamedWithTheRemedy) {
   EXPECT_THAT(usage({"--colums", "3"}), HasSubstr("did you mean --columns?"));
   EXPECT_THAT(usage({"--columns"}), HasSubstr("--columns needs a value"));
   EXPECT_THAT(usage({"--columns", "x"}), HasSubstr("'x' is not a value"));
-  EXPECT_THAT(usage({"--columns", "0", "--json", "-"}), HasSubstr("columns"));
-  EXPECT_THAT(usage({"--tag-size-mm", "nan", "--json", "-"}), HasSubstr("'nan'"));
-  EXPECT_THAT(usage({"--spacing", "0.01", "--json", "-"}), HasSubstr("spacing"));
+  EXPECT_THAT(usage({"--columns", "0", "--json"}), HasSubstr("columns"));
+  EXPECT_THAT(usage({"--tag-size-mm", "nan", "--json"}), HasSubstr("'nan'"));
+  EXPECT_THAT(usage({"--spacing", "0.01", "--json"}), HasSubstr("spacing"));
   EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("a4, a3 and letter"));
   EXPECT_THAT(usage({"--family", "tag16h5"}), HasSubstr("known are tag36h11"));
   EXPECT_THAT(usage({"--output", "board.doc"}), HasSubstr("must end in .pdf"));
   EXPECT_THAT(usage({"board.pdf"}), HasSubstr("what is 'board.pdf'?"));
   EXPECT_THAT(usage({"--dpi", "0"}), HasSubstr("36 to 2400"));
 
-  const Said large = run(board_command, {"--tag-size-mm", "40", "--json", "-"});
+  const Said large = run(board_command, {"--tag-size-mm", "40", "--json"});
   EXPECT_EQ(large.status, 1);
   EXPECT_THAT(large.err, HasSubstr("does not fit a4; --tag-size-mm 25.2 would"));
-  EXPECT_EQ(run(board_command, {"--tag-size-mm", "25.2", "--json", "-"}).status, 0) << "what it says is true";
+  EXPECT_EQ(run(board_command, {"--tag-size-mm", "25.2", "--json"}).status, 0) << "what it says is true";
 
   const Said nowhere = run(board_command, {"--output", "/nonexistent/board.pdf"});
   EXPECT_EQ(nowhere.status, 1);

@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <lightwell/mounting.hpp>
+
 #include "camera/image_file.hpp"
 #include "firmware/pose/mounting_room.hpp"
 #include "firmware/tools/calibrate_words.hpp"
@@ -91,7 +93,7 @@ std::vector<double> numbers_after(const std::string& json, const std::string& na
 
 TEST(MountingCommand, TellsWhereTheProbeHangsFromPicturesOfBothLenses) {
   const Said said = run(mounting_command, {"--calibration", room().calibration, "--tags", room().tags, room().front,
-                                           "--lens", "1", room().back, "--json", "-"});
+                                           "--lens", "1", room().back, "--json"});
   ASSERT_EQ(said.status, 0) << said.err;
   const auto t = numbers_after(said.out, "translation_m"), q = numbers_after(said.out, "rotation_xyzw");
   ASSERT_EQ(t.size(), 3u) << said.out;
@@ -102,6 +104,29 @@ TEST(MountingCommand, TellsWhereTheProbeHangsFromPicturesOfBothLenses) {
   EXPECT_THAT(said.out, HasSubstr("\"position_known\": true, \"heading_known\": true, \"ambiguous\": false"));
   EXPECT_THAT(said.out, HasSubstr("\"lens\": 1"));
   EXPECT_EQ(numbers_after(said.out, "covariance").size(), 6u) << "the first row";
+}
+
+TEST(MountingCommand, WritesWhatLightwelldReads) {
+  const TempDir folder;
+  const std::string file = folder.path("room.textproto");
+  const Said said = run(mounting_command, {"--calibration", room().calibration, "--tags", room().tags, room().front,
+                                           "--output", file});
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, StartsWith("the probe is at"));
+  const Result<UncertainPose> written = load_mounting(file);
+  ASSERT_TRUE(written.ok()) << written.status().message();
+  const auto e = test::error_of(written->pose, test::probe_in_room());
+  EXPECT_LT(std::hypot(e[0], e[1], e[2]), 0.05 * kDegree);
+  EXPECT_LT(std::hypot(e[3], e[4], e[5]), 0.003);
+  EXPECT_GT(written->covariance[0][0], 0);
+  // To standard output it is the message alone.
+  const Said alone = run(mounting_command, {"--gravity", "0,9.8,0", "--output", "-"});
+  ASSERT_EQ(alone.status, 0) << alone.err;
+  const Result<UncertainPose> up = parse_mounting(alone.out, "stdout");
+  ASSERT_TRUE(up.ok()) << up.status().message() << alone.out;
+  EXPECT_TRUE(std::isinf(up->covariance[1][1])) << "gravity knows no heading";
+  EXPECT_EQ(run(mounting_command, {"--gravity", "0,9.8,0", "--output", "-", "--json"}).status, 2);
+  EXPECT_EQ(run(mounting_command, {"--gravity", "0,9.8,0", "--output", "/no/such/folder/room"}).status, 1);
 }
 
 TEST(MountingCommand, ABoardInTheRoomServesAsWell) {
@@ -121,7 +146,7 @@ TEST(MountingCommand, ABoardInTheRoomServesAsWell) {
 }
 
 TEST(MountingCommand, GravityAloneIsToldAsWhatItIs) {
-  const Said json = run(mounting_command, {"--gravity", "0,9.8,0", "--json", "-"});
+  const Said json = run(mounting_command, {"--gravity", "0,9.8,0", "--json"});
   EXPECT_EQ(json.status, 0) << json.err;
   EXPECT_THAT(json.out, HasSubstr("\"Infinity\""));
   EXPECT_THAT(json.out, HasSubstr("\"position_known\": false, \"heading_known\": false"));

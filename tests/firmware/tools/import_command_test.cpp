@@ -49,7 +49,7 @@ Outcome call(std::vector<std::string> words) {
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   Outcome o;
-  o.status = import_command(pointers);
+  o.status = calibrate::import_command(pointers);
   o.out = testing::internal::GetCapturedStdout();
   o.err = testing::internal::GetCapturedStderr();
   return o;

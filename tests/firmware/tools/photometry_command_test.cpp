@@ -46,7 +46,7 @@ Outcome run(std::vector<std::string> words) {
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   Outcome outcome;
-  outcome.exit = photometry_command(arguments);
+  outcome.exit = calibrate::photometry_command(arguments);
   outcome.out = testing::internal::GetCapturedStdout();
   outcome.err = testing::internal::GetCapturedStderr();
   return outcome;

@@ -1,9 +1,10 @@
-#include "tools/lightwell_calibrate/atomic_file.hpp"
+#include "tools/lightwell_calibrate/output.hpp"
 
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <unistd.h>
 
 #include <sys/stat.h>
@@ -16,7 +17,7 @@ Status write_atomically(const std::string& path, std::string_view bytes) {
   };
   std::string temporary = path + ".XXXXXX";
   const int file = ::mkstemp(temporary.data());
-  if (file < 0) return failed("cannot make a file beside it");
+  if (file < 0) return failed("cannot be written, no file can be made beside it");
   const auto give_up = [&](const std::string& what) {
     const Status s = failed(what);
     ::close(file);
@@ -39,6 +40,12 @@ Status write_atomically(const std::string& path, std::string_view bytes) {
     return s;
   }
   return {};
+}
+
+Status write_output(const std::string& path, std::string_view bytes) {
+  if (path != "-") return write_atomically(path, bytes);
+  std::cout << bytes << std::flush;
+  return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
 }
 
 }  // namespace lightwell::calibrate
