@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <lightwell/cap.hpp>
 #include <numbers>
 
@@ -16,8 +15,6 @@ constexpr float kSkirtOverMean = 3;
 const float kCosReach = std::cos(12 * std::numbers::pi_v<float> / 180);
 /// Blocks are told apart by their middles: some of a block's pixels are nearer.
 const float kCosReachOfBlocks = std::cos(16 * std::numbers::pi_v<float> / 180);
-/// As a cosine: no limit.
-constexpr float kAnywhere = -2;
 /// So far apart are two ends of one light.
 const float kCosAcross = std::cos(24 * std::numbers::pi_v<float> / 180);
 /// A wider region is no light that casts a shadow.
@@ -54,7 +51,6 @@ constexpr double kMosaicDoubt = 0.886;
 /// And of where a mosaic's luminance sits, which is 72 % green: 0.213 + 0.715 * 2^-0.75 + 0.072.
 constexpr double kMosaicMiddle = 0.71;
 constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions are numbered up to kMostRegions.
-constexpr std::size_t kMostFlood = 4096;
 constexpr std::size_t kMostParts = 65536;
 constexpr std::size_t kMostRegionPixels = 400'000;
 
@@ -67,12 +63,11 @@ double at_the_edge(double samples) {
 }  // namespace
 
 LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums)
-    : layout_(layout), grid_(grid), sums_(sums), pixels_(table, layout) {
+    : layout_(layout), grid_(grid), sums_(sums), pixels_(table, layout),
+      flood_(table, layout, grid, sums, pixels_) {
   claimed_.resize(pixels_.size());
   owner_.resize(layout.size());
   owned_.reserve(layout.size());
-  flood_.reserve(kMostFlood + 1);
-  flood_mark_.resize(layout.size());
   passed_over_.resize(layout.size());
   region_.reserve(std::min(pixels_.size(), kMostRegionPixels) + 16);
   all_claimed_.reserve(region_.capacity());
@@ -82,34 +77,9 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const
   region_of_light_.reserve(kMaxLights + 1);
   rim_.reserve(kMostRim);
   compact_blocks_ = std::max(kFewBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
-  plan_neighbours(table);
 }
 
 float LightFinder::skirt_of(float peak) const { return std::max(kSkirt * peak, kSkirtOverMean * mean_); }
-
-void LightFinder::plan_neighbours(const RigTable& table) {
-  std::vector<std::uint32_t> found;
-  for (std::size_t block = 0; block < layout_.size(); ++block) {
-    beside_first_.push_back(static_cast<std::uint32_t>(beside_.size()));
-    const BlockLayout::Place p = layout_.place(block);
-    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
-    found.clear();
-    for (int y = p.y; y < p.y + p.height; ++y) {
-      for (int x = p.x; x < p.x + p.width; ++x) {
-        const bool rim = x == p.x || y == p.y || x == p.x + p.width - 1 || y == p.y + p.height - 1;
-        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
-        if (!rim && (lens.twin.empty() || lens.twin[i] < 0)) continue;
-        pixels_.for_neighbours({p.lens, x, y}, [&](Place n, PixelId) {
-          const auto other = static_cast<std::uint32_t>(layout_.block_of(n.lens, n.x, n.y));
-          // Those that no lens sees hold no light and tell nothing of what is beside one.
-          if (other != block && grid_.solid_angle(other) > 0 && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
-        });
-      }
-    }
-    beside_.insert(beside_.end(), found.begin(), found.end());
-  }
-  beside_first_.push_back(static_cast<std::uint32_t>(beside_.size()));
-}
 
 LightFinder::Place LightFinder::peak_pixel(std::uint32_t block, float& peak) const {
   const BlockLayout::Place p = layout_.place(block);
@@ -135,42 +105,24 @@ void LightFinder::claim(Place place, PixelId id, const PixelLight& light) {
 }
 
 double LightFinder::flood(std::uint32_t block, float floor, Vec3f axis, float cos_reach) {
-  ++flood_number_;
-  flood_.assign(1, block);
-  flood_mark_[block] = flood_number_;
-  double luminance = 0, sr = 0;
-  float beside = std::numeric_limits<float>::infinity();
-  for (std::size_t next = 0; next < flood_.size(); ++next) {
-    const std::uint32_t at = flood_[next];
-    luminance += std::max(0.0F, sums_.sum[at].luminance());
-    sr += grid_.solid_angle(at);
-    for (std::uint32_t i = beside_first_[at]; i < beside_first_[at + 1]; ++i) {
-      const std::uint32_t other = beside_[i];
-      if (!(sums_.peak[other] >= floor)) {
-        beside = std::min(beside, sums_.sum[other].luminance() / grid_.solid_angle(other));
-        continue;
-      }
-      if (flood_mark_[other] == flood_number_) continue;
-      if (owner_[other] != 0) {
-        if (parent_ == 0 || region_irradiance_[owner_[other]] > region_irradiance_[parent_]) parent_ = owner_[other];
-        continue;
-      }
-      if (dot(grid_.direction(other), axis) < cos_reach || flood_.size() >= kMostFlood) continue;
-      flood_mark_[other] = flood_number_;
-      flood_.push_back(other);
-    }
-  }
-  return std::isfinite(beside) ? std::max(0.0, luminance - std::max(0.0, static_cast<double>(beside)) * sr) : luminance;
+  return flood_.run(block, floor, axis, cos_reach, [&](std::uint32_t other) {
+    if (owner_[other] == 0) return false;
+    touches(owner_[other]);
+    return true;
+  });
 }
 
-void LightFinder::touch(std::uint8_t region) {
-  if (region == number_ || region == kRim) return;
+void LightFinder::touches(std::uint8_t region) {
   if (parent_ == 0 || region_irradiance_[region] > region_irradiance_[parent_]) parent_ = region;
+}
+
+void LightFinder::touch(std::uint8_t mark) {
+  if (mark != number_ && mark != kRim) touches(mark);
 }
 
 const LightFinder::PixelLight* LightFinder::light_in_flood(RowReader& reader, Place p) {
   const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-  if (flood_mark_[block] != flood_number_ || all_claimed_.size() + 1 >= all_claimed_.capacity()) return nullptr;
+  if (!flood_.has(block) || all_claimed_.size() + 1 >= all_claimed_.capacity()) return nullptr;
   return pixels_.light(reader, block, p);
 }
 
@@ -239,15 +191,15 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
 }
 
 bool LightFinder::is_compact(float peak) const {
-  if (flood_.size() <= compact_blocks_) return true;
-  if (flood_.size() > pixels_.most_blocks()) return false;
+  if (flood_.blocks().size() <= compact_blocks_) return true;
+  if (flood_.blocks().size() > pixels_.most_blocks()) return false;
   double sr = 0, luminance = 0;
-  for (const std::uint32_t block : flood_) {
+  for (const std::uint32_t block : flood_.blocks()) {
     sr += grid_.solid_angle(block);
     luminance += std::max(0.0F, sums_.sum[block].luminance());
   }
   const double most_sr = static_cast<double>(kCompactPixels) * pixels_.mean_solid_angle();
-  return sr <= most_sr || (flood_.size() <= kMostHalfLitBlocks && luminance <= most_sr * peak);
+  return sr <= most_sr || (flood_.blocks().size() <= kMostHalfLitBlocks && luminance <= most_sr * peak);
 }
 
 double LightFinder::wrong_at_edge(const RowReader& reader, const Gathered& light) const {
@@ -301,7 +253,7 @@ void LightFinder::gather_pixels(Vec3d axis, Gathered& out) {
 }
 
 void LightFinder::gather_blocks(float floor, Vec3d axis, Gathered& out) {
-  for (const std::uint32_t block : flood_) {
+  for (const std::uint32_t block : flood_.blocks()) {
     const CellSum& s = sums_.sum[block];
     // What has pixels in the region already, or is not bright all over, stays with the harmonics.
     if (pixels_.has(block) || !(s.luminance() >= floor * grid_.solid_angle(block))) continue;
@@ -348,7 +300,7 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
       grow_skirt(reader, skirt, middle);
     } else {
       // Pixel by pixel where the core's blocks are, by whole blocks beyond.
-      (void)flood(block, 0.5F * peak, {}, kAnywhere);
+      (void)flood(block, 0.5F * peak, {}, BlockFlood::kAnywhere);
       grow_skirt(reader, skirt, middle);
       (void)flood(block, skirt, middle, kCosReach);
       gather_blocks(skirt, axis, all);
@@ -390,11 +342,11 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
     // looked at.
     if (least > 0 && flood(c.block, skirt_of(c.peak), grid_.direction(c.block), kCosAcross) < least) {
       // Nor need its other blocks be tried: what they reach is no more, but for what is dimmer than this one's skirt.
-      for (const std::uint32_t block : flood_) passed_over_[block] = frame_number_;
+      for (const std::uint32_t block : flood_.blocks()) passed_over_[block] = frame_number_;
       continue;
     }
 
-    (void)flood(c.block, 0.5F * c.peak, {}, kAnywhere);
+    (void)flood(c.block, 0.5F * c.peak, {}, BlockFlood::kAnywhere);
     bool compact = is_compact(c.peak);
     Place peak_at{};
     float peak = c.peak;
@@ -413,7 +365,7 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
         continue;
       }
       if (peak < c.peak) {
-        (void)flood(c.block, 0.5F * peak, {}, kAnywhere);
+        (void)flood(c.block, 0.5F * peak, {}, BlockFlood::kAnywhere);
         compact = is_compact(peak);
       }
     }

@@ -20,6 +20,7 @@
 
 #include "calibration/lens_table.hpp"
 #include "estimate/common/cells.hpp"
+#include "estimate/panorama/block_flood.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bright_pixels.hpp"
 #include "estimate/panorama/row_reader.hpp"
@@ -67,16 +68,15 @@ class LightFinder {
     double weight = 0, spread = 0;
   };
 
-  void plan_neighbours(const RigTable& table);
   /// The brightest pixel of a block that no region has yet.
   [[nodiscard]] Place peak_pixel(std::uint32_t block, float& peak) const;
-  /// Fills flood_ with the blocks connected to `block` (itself first) whose peak is at least `floor` and whose
-  /// middle is within `cos_reach` of `axis`; stops at kMostFlood. Returns their luminance together, over that of the darkest
-  /// block around them.
+  /// Fills flood_ with blocks that no region has; those that one has are touched. As BlockFlood::run().
   double flood(std::uint32_t block, float floor, Vec3f axis, float cos_reach);
   void claim(Place place, PixelId id, const PixelLight& light);
-  /// The region that grows touches another.
-  void touch(std::uint8_t region);
+  /// The region that grows touches another, which becomes its parent where it is the strongest so far.
+  void touches(std::uint8_t region);
+  /// The same of a pixel's mark, which may be the region's own.
+  void touch(std::uint8_t mark);
   /// Null beyond the blocks that the flood reached, where nothing is bright enough, and where there is no more room.
   [[nodiscard]] const PixelLight* light_in_flood(RowReader& reader, Place p);
   /// Adds to the region all that is connected to it and at least `floor` bright. What is beside it is then the rim, unless
@@ -106,8 +106,7 @@ class LightFinder {
   const CellGrid& grid_;
   const BlockSums& sums_;
   BrightPixels pixels_;
-  /// Blocks beside each block, across seams, poles and lenses: first_[b] to first_[b + 1] of beside_.
-  std::vector<std::uint32_t> beside_first_, beside_;
+  BlockFlood flood_;
   std::vector<std::uint8_t> claimed_;  ///< 0, or the number of the region that a pixel belongs to.
   std::vector<std::uint8_t> owner_;    ///< The same of whole blocks.
   std::vector<std::uint32_t> owned_;   ///< Blocks with an owner.
@@ -124,10 +123,8 @@ class LightFinder {
   double faintest_ = 0;                ///< Least irradiance of a light, as luminance.
   double doubt2_ = 0;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> flood_, flood_mark_;
   std::vector<std::uint32_t> passed_over_;  ///< The frame in which the block was last part of what is too faint.
   std::uint32_t frame_number_ = 0;
-  std::uint32_t flood_number_ = 0;
   std::size_t compact_blocks_ = 0;
 };
 

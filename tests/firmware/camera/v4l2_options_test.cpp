@@ -39,7 +39,7 @@ TEST(V4l2Options, AreTheUrisBeforeTheConfigurations) {
   config.exposure_s.clear();
   const Result<Options> said = parsed(
       "v4l2:/dev/v4l/by-id/usb-Cam-video-index0?width=320&height=240&fps=59.94&format=mjpeg&exposure=500us,2ms,0.01s"
-      "&gain=16&white_balance=4600&power_line=50hz&row_readout_us=14.8&control_delay=3",
+      "&gain=16&white_balance=4600&power_line=50hz&readout=14.8us&control_delay=3",
       config);
   ASSERT_TRUE(said.ok()) << said.status().message();
   EXPECT_EQ(said->path, "/dev/v4l/by-id/usb-Cam-video-index0");
@@ -52,14 +52,14 @@ TEST(V4l2Options, AreTheUrisBeforeTheConfigurations) {
   EXPECT_EQ(said->gain, 16);
   EXPECT_EQ(said->white_balance_kelvin, 4600);
   EXPECT_EQ(said->power_line, 1);
-  EXPECT_NEAR(said->row_readout_s, 14.8e-6, 1e-12);
+  EXPECT_EQ(said->row_readout.ns, 14'800);
   EXPECT_EQ(said->control_delay, 3);
 }
 
 TEST(V4l2Options, AMisspeltOneIsAnsweredWithTheNearest) {
   EXPECT_THAT(refusal("v4l2:/dev/video0?widht=640"), HasSubstr("did you mean 'width'?"));
   EXPECT_THAT(refusal("v4l2:/dev/video0?exposre=1ms"), HasSubstr("did you mean 'exposure'?"));
-  EXPECT_THAT(refusal("v4l2:/dev/video0?row_readout=1"), HasSubstr("row_readout_us"));
+  EXPECT_THAT(refusal("v4l2:/dev/video0?readuot=1us"), HasSubstr("did you mean 'readout'?"));
 }
 
 TEST(V4l2Options, ValuesThatMakeNoSenseAreNamed) {
@@ -82,8 +82,8 @@ TEST(V4l2Options, ValuesThatMakeNoSenseAreNamed) {
                                 "gain=1.5",
                                 "white_balance=0",
                                 "power_line=auto",
-                                "row_readout_us=-1",
-                                "row_readout_us=nan",
+                                "readout=-1us",
+                                "readout=nanus",
                                 "control_delay=0",
                                 "control_delay=31",
                                 "control_delay=2.5"}) {
@@ -99,9 +99,9 @@ TEST(V4l2Options, OneWordOfExposuresAndOfGain) {
   config.exposure_s = {0.001};
   EXPECT_THAT(refusal("v4l2:/dev/video0?exposure=1ms", config), HasSubstr("which?"));
   config.exposure_s.assign(9, 0.001);
-  EXPECT_THAT(refusal("v4l2:/dev/video0", config), HasSubstr("at most 8"));
+  EXPECT_THAT(refusal("v4l2:/dev/video0", config), HasSubstr("1 to 8 exposures, not 9"));
   config.exposure_s = {std::nan("")};
-  EXPECT_THAT(refusal("v4l2:/dev/video0", config), HasSubstr("above 0"));
+  EXPECT_THAT(refusal("v4l2:/dev/video0", config), HasSubstr("above zero"));
   config.exposure_s.clear();
   config.gain = 4;
   EXPECT_THAT(refusal("v4l2:/dev/video0", config), HasSubstr("gain="));

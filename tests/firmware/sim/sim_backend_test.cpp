@@ -1,6 +1,7 @@
 // The simulated camera as its users see it: frames, their metadata, and a truth that a judge can
 // recompute.
 #include "camera/backends/sim/sim_backend.hpp"
+#include "camera/uri_values.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -340,13 +341,13 @@ TEST_F(SimBackendTest, WhatCannotBeOpenedSaysWhy) {
 }
 
 TEST(SimOptions, UnitsAreUnderstood) {
-  EXPECT_NEAR(*parse_duration_s("1.5ms"), 0.0015, 1e-18);
-  EXPECT_NEAR(*parse_duration_s("20us"), 20e-6, 1e-18);
-  EXPECT_EQ(*parse_duration_s("2"), 2);
-  EXPECT_EQ(*parse_duration_s("0s"), 0);
-  EXPECT_FALSE(parse_duration_s("-1s").ok());
-  EXPECT_FALSE(parse_duration_s("").ok());
-  EXPECT_FALSE(parse_duration_s("nan").ok());
+  EXPECT_NEAR(*uri_duration_s("1.5ms"), 0.0015, 1e-18);
+  EXPECT_NEAR(*uri_duration_s("20us"), 20e-6, 1e-18);
+  EXPECT_EQ(*uri_duration_s("2"), 2);
+  EXPECT_EQ(*uri_duration_s("0s"), 0);
+  EXPECT_FALSE(uri_duration_s("-1s").ok());
+  EXPECT_FALSE(uri_duration_s("").ok());
+  EXPECT_FALSE(uri_duration_s("nan").ok());
   EXPECT_NEAR(*parse_turn_rad_per_s("180deg/s"), 3.14159265358979, 1e-13);
   EXPECT_NEAR(*parse_turn_rad_per_s("-0.5rad/s"), -0.5, 1e-15);
   EXPECT_NEAR(*parse_turn_rad_per_s("90"), 1.5707963267949, 1e-12);

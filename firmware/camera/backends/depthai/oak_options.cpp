@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <string_view>
 
 #include "camera/bracket_cycle.hpp"
+#include "camera/uri_values.hpp"
 
 namespace lightwell::oak {
 namespace {
@@ -25,16 +25,6 @@ std::string text_of(double v) {
   return text.data();
 }
 
-/// A number with exactly this behind it.
-std::optional<double> number(std::string_view text, std::string_view unit) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  const bool whole = std::string_view(stop, static_cast<std::size_t>(end - stop)) == unit;
-  if (error != std::errc() || !whole || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 Status set_parameter(OakOptions& options, const std::string& key, const std::string& value) {
   if (key == "socket") {
     if (value.size() != 1 || value[0] < 'A' || value[0] > 'J') return bad("socket=" + value + ": a letter, A to J");
@@ -49,17 +39,14 @@ Status set_parameter(OakOptions& options, const std::string& key, const std::str
     return {};
   }
   if (key == "white") {
-    const std::optional<double> kelvin = number(value, "K");
+    const Result<double> kelvin = uri_quantity(value, {{"K", 1}});
     if (!kelvin || *kelvin < kLeastWhite_k || *kelvin > kMostWhite_k)
       return bad("white=" + value + ": a colour temperature, 1000K to 12000K");
     options.white_balance_k = static_cast<int>(std::lround(*kelvin));
     return {};
   }
-  const std::optional<double> readout_us = number(value, "us");
-  if (!readout_us || *readout_us < 0 || *readout_us > 10'000)
-    return bad("readout=" + value + ": from one row to the next, 0us to 10000us");
-  options.row_readout = Duration::from_seconds(1e-6 * *readout_us);
-  return {};
+  const Status readout = assign(options.row_readout, uri_row_readout(value));
+  return readout.ok() ? readout : bad("readout: " + readout.message());
 }
 
 void hold_exposures(OakOptions& options, const CameraConfig& config) {

@@ -1,39 +1,18 @@
 #include "camera/backends/libcamera/libcamera_options.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
 #include "camera/bracket_cycle.hpp"
+#include "camera/uri_values.hpp"
 
 namespace lightwell::libcam {
 namespace {
 
 Status bad(const std::string& what) { return {StatusCode::invalid_argument, "libcamera: " + what}; }
 
-/// A number and what stands behind it.
-struct Quantity {
-  double number = 0;
-  std::string_view unit;
-};
-
-std::optional<Quantity> quantity(std::string_view text) {
-  Quantity q;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, q.number);
-  if (error != std::errc() || !std::isfinite(q.number)) return std::nullopt;
-  q.unit = std::string_view(stop, static_cast<std::size_t>(end - stop));
-  return q;
-}
-
-Status set_readout(LibcameraOptions& options, const std::string& value) {
-  const std::optional<Quantity> q = quantity(value);
-  const double unit_s = !q ? 0 : q->unit == "us" ? 1e-6 : q->unit == "ns" ? 1e-9 : q->unit == "ms" ? 1e-3 : 0;
-  if (unit_s == 0 || q->number < 0 || q->number * unit_s > 0.01)
-    return bad("readout=" + value + ": from one row to the next, up to 10ms, with its unit (ns, us, ms)");
-  options.row_readout = Duration::from_seconds(q->number * unit_s);
-  return {};
-}
+/// What is wrong, and with which parameter.
+Status named(const std::string& key, const Status& s) { return s.ok() ? s : bad(key + ": " + s.message()); }
 
 Status set_format(LibcameraOptions& options, const std::string& value) {
   options.format = pixel_format_of(value);
@@ -47,8 +26,8 @@ Status set_format(LibcameraOptions& options, const std::string& value) {
 Status set_gains(LibcameraOptions& options, const std::string& value) {
   const std::size_t comma = value.find(',');
   const auto one = [](std::string_view text) {
-    const std::optional<Quantity> q = quantity(text);
-    return q && q->unit.empty() && q->number > 0 ? q->number : 0.0;
+    const Result<double> gain = uri_quantity(text, {{"", 1}});
+    return gain ? *gain : 0;
   };
   if (comma != std::string::npos) {
     options.colour_gains = {one(std::string_view(value).substr(0, comma)),
@@ -58,19 +37,11 @@ Status set_gains(LibcameraOptions& options, const std::string& value) {
   return bad("white=" + value + ": two gains above zero, red and blue, such as white=1.8,1.5");
 }
 
-Status set_settle(LibcameraOptions& options, const std::string& value) {
-  const std::optional<Quantity> q = quantity(value);
-  if (!q || !q->unit.empty() || q->number < 0 || q->number > 30 || q->number != std::floor(q->number))
-    return bad("settle=" + value + ": a number of frames, 0 to 30");
-  options.settle_frames = static_cast<int>(q->number);
-  return {};
-}
-
 Status set_parameter(LibcameraOptions& options, const std::string& key, const std::string& value) {
   if (key == "format") return set_format(options, value);
-  if (key == "readout") return set_readout(options, value);
+  if (key == "readout") return named(key, assign(options.row_readout, uri_row_readout(value)));
   if (key == "white") return set_gains(options, value);
-  if (key == "settle") return set_settle(options, value);
+  if (key == "settle") return named(key, assign(options.settle_frames, uri_number<int>(value, 0, 30)));
   // stamp
   if (value != "readout" && value != "exposure") return bad("stamp=" + value + " is neither readout nor exposure");
   options.stamped = value == "readout" ? StampedEvent::readout : StampedEvent::exposure;

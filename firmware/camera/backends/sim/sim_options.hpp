@@ -39,8 +39,6 @@ struct SimOptions {
 [[nodiscard]] Result<SimOptions> parse_sim_options(const CameraUri& uri,
                                                    const CameraConfig& config);
 
-/// "1.5ms" -> 0.0015. Negative and infinite numbers are refused.
-[[nodiscard]] Result<double> parse_duration_s(std::string_view text);
 /// "100hz" -> 100. Up to 1000; zero and negative numbers are refused.
 [[nodiscard]] Result<double> parse_frequency_hz(std::string_view text);
 /// "30deg/s", "-0.5rad/s" -> rad/s.

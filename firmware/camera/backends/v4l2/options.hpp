@@ -1,6 +1,6 @@
 // What can be said about a V4L2 camera in its URI:
 //   v4l2:/dev/video0?width=1280&height=960&fps=30&format=yuyv&exposure=1ms,8ms&gain=0&white_balance=5000
-//       &power_line=off&row_readout_us=15&control_delay=2   (on one line)
+//       &power_line=off&readout=15us&control_delay=2   (on one line)
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ struct Options {
   std::optional<int> gain;         ///< In the device's own numbers; empty: the lowest.
   int white_balance_kelvin = 5000;
   int power_line = 0;                ///< V4L2_CID_POWER_LINE_FREQUENCY: off, 50 Hz or 60 Hz.
-  double row_readout_s = 0;          ///< 0: a global shutter, or not known.
+  Duration row_readout;              ///< 0: a global shutter, or not known.
   std::optional<int> control_delay;  ///< Frames until a control acts; empty: measured where a bracket needs it.
 };
 

@@ -372,7 +372,7 @@ std::optional<FrameInfo> Backend::describe_frame(const v4l2_buffer& buffer, std:
   info.bracket_index = *index;
   info.bracket_size = static_cast<int>(exposure_.seconds.size());
   info.exposure_s = exposure_.seconds[static_cast<std::size_t>(*index)];
-  info.row_readout = Duration::from_seconds(options_.row_readout_s);
+  info.row_readout = options_.row_readout;
   const Rows rows{layout_.height, encoding_->skip_rows + (layout_.view_height - 1) / 2.0, info.row_readout};
   const Stamp stamp = trusted_stamp(buffer.flags, stamp_of(buffer), last_arrival_, oldest_stamp(*index));
   info.mid_exposure = mid_exposure(stamp, info.exposure_s, rows);
