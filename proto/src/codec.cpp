@@ -211,7 +211,7 @@ Encoder::Encoder() : state_(std::make_unique<State>()) {
     light.mutable_covariance_mantissa()->Reserve(3);
   }
   state_->message.mutable_radiance()->mutable_mantissa()->Reserve(3 * sh_count(kMaxBand));
-  state_->message.mutable_flags()->Reserve(static_cast<int>(kFlags.size()));
+  state_->message.mutable_flags()->Reserve(static_cast<int>(kWireFlags.size()));
   state_->message.mutable_time();
   state_->message.mutable_bound();
 }
@@ -247,7 +247,7 @@ Result<std::span<const std::byte>> Encoder::encode(const Descriptor& d) {
   bound.set_smoothing(millionths(d.bound.smoothing));
   m.set_probe_id(d.probe_id);
   m.set_calibration_id(d.calibration_id);
-  for (const Flag f : kFlags)
+  for (const Flag f : kWireFlags)
     if (d.flags.has(f)) m.add_flags(static_cast<v1::Flag>(f));
   m.set_setting(static_cast<v1::Setting>(d.setting));
   m.set_flicker(static_cast<v1::Flicker>(d.flicker));
@@ -297,9 +297,11 @@ Result<Descriptor> decode_descriptor(std::span<const std::byte> bytes) {
              of_millionths(bound.noise()), of_millionths(bound.quantization()), of_millionths(bound.smoothing())};
   d.probe_id = m.probe_id();
   d.calibration_id = m.calibration_id();
-  for (const int f : m.flags())
-    for (const Flag known : kFlags)
-      if (f == static_cast<int>(known)) d.flags.set(known);
+  for (const int f : m.flags()) {
+    const auto known = std::find_if(kWireFlags.begin(), kWireFlags.end(), [&](Flag k) { return static_cast<int>(k) == f; });
+    // A reason not to trust the answer stays one where it has no name here.
+    d.flags.set(known != kWireFlags.end() ? *known : Flag::newer);
+  }
   for (const Setting s : kSettings)
     if (m.setting() == static_cast<int>(s)) d.setting = s;
   for (const Flicker f : {Flicker::none, Flicker::hz100, Flicker::hz120})

@@ -1,6 +1,8 @@
 #include <lightwell/config.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <lightwell/mqtt.hpp>
 
 #include "lightwell/v1/config.pb.h"
 #include "text_message.hpp"
@@ -48,6 +50,17 @@ EstimatorConfig at_setting(EstimatorConfig config) {
   return config;
 }
 
+Status MqttConfig::validate() const {
+  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
+  const Result<MqttAddress> address = parse_mqtt_address(uri);
+  if (!address) return bad("uri: " + address.status().message());
+  if (certificate_file.empty() != key_file.empty()) return bad("certificate_file and key_file come together or not at all");
+  if (address->transport == MqttTransport::plain && !(ca_file.empty() && certificate_file.empty()))
+    return bad("ca_file and certificate_file have no meaning without TLS: write mqtts://, or leave them out");
+  if (client_id.size() > 128) return bad("client_id is longer than 128 bytes");
+  return {};
+}
+
 Status Config::validate() const {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
   if (probe_name.empty() || probe_name.size() > 64) return bad("probe_name must have 1 to 64 characters");
@@ -63,7 +76,24 @@ Status Config::validate() const {
   if (!(camera.gain > 0) || !std::isfinite(camera.gain)) return bad("camera.gain must be positive and finite");
   if (!(budget_ms >= 0) || !std::isfinite(budget_ms))
     return bad("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
+  if (mqtt)
+    if (Status s = mqtt->validate(); !s.ok()) return s;
+  if (mdns < Mdns::off || mdns > Mdns::on) return bad("discovery.mdns is not known");
+  if (const Status s = grpc.validate(); !s.ok()) return s;
   return estimator.validate();
+}
+
+Status GrpcConfig::validate() const {
+  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
+  if (security > LinkSecurity::mutual_tls) return bad("grpc.security is not known");
+  if (certificate.empty() != key.empty())
+    return bad("grpc.certificate and grpc.key belong together: name both files, or neither to let the probe make its own");
+  if (!encrypted() && (!certificate.empty() || !client_ca.empty()))
+    return bad(
+        "grpc.certificate, grpc.key and grpc.client_ca want grpc.security: LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS");
+  if (paired_days < 1 || paired_days > 7300)
+    return bad("grpc.paired_days is " + std::to_string(paired_days) + "; it must be 1 to 7300");
+  return {};
 }
 
 Status GreyPatch::validate(const RigParameters& rig) const {
@@ -95,6 +125,18 @@ EstimatorConfig updated(EstimatorConfig e, const v1::EstimatorConfig& m) {
   return e;
 }
 
+GrpcConfig grpc_of(const v1::GrpcConfig& m) {
+  GrpcConfig out;
+  if (!m.listen().empty()) out.listen = m.listen();
+  out.security = static_cast<LinkSecurity>(m.security());
+  out.keys = m.keys();
+  out.certificate = m.certificate();
+  out.key = m.key();
+  out.client_ca = m.client_ca();
+  if (m.paired_days() != 0) out.paired_days = static_cast<int>(std::min(m.paired_days(), 1'000'000U));
+  return out;
+}
+
 Result<GreyPatch> grey_patch_of(const v1::GreyPatch& m) {
   GreyPatch out;
   out.lens = static_cast<int>(m.lens());
@@ -106,6 +148,17 @@ Result<GreyPatch> grey_patch_of(const v1::GreyPatch& m) {
     return Status(StatusCode::invalid_argument, "grey_patch.normal must be three numbers: x, y, z");
   if (m.normal_size() == 3) out.normal = {m.normal(0), m.normal(1), m.normal(2)};
   if (m.albedo() != 0) out.albedo = m.albedo();
+  return out;
+}
+
+MqttConfig mqtt_of(const v1::MqttConfig& m) {
+  MqttConfig out;
+  out.uri = m.uri();
+  out.ca_file = m.ca_file();
+  out.certificate_file = m.certificate_file();
+  out.key_file = m.key_file();
+  out.login_file = m.login_file();
+  out.client_id = m.client_id();
   return out;
 }
 
@@ -145,8 +198,9 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   c.camera.exposure_s.assign(m.camera().exposure_s().begin(), m.camera().exposure_s().end());
   if (m.camera().gain() != 0) c.camera.gain = m.camera().gain();
   c.calibration = m.calibration();
+  c.mounting = m.mounting();
   c.estimator = updated({}, m.estimator());
-  if (!m.grpc().listen().empty()) c.grpc_listen = m.grpc().listen();
+  c.grpc = grpc_of(m.grpc());
   c.record_path = m.record().path();
   c.budget_ms = m.budget_ms();
   if (m.has_grey_patch()) {
@@ -154,6 +208,12 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
     if (!patch) return Status(patch.status().code(), name + ": " + patch.status().message());
     c.grey_patch = *patch;
   }
+  if (m.has_usb_gadget()) {
+    c.usb_gadget.emplace();
+    if (!m.usb_gadget().ffs().empty()) c.usb_gadget->ffs = m.usb_gadget().ffs();
+  }
+  if (m.has_mqtt()) c.mqtt = mqtt_of(m.mqtt());
+  if (m.discovery().mdns() != 0) c.mdns = static_cast<Mdns>(m.discovery().mdns());
   if (const Status s = c.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
   return c;
 }

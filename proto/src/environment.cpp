@@ -3,10 +3,10 @@
 #include <bit>
 #include <cmath>
 
+#include <lightwell/checksum.hpp>
 #include <lightwell/environment.hpp>
 #include <lightwell/octahedral.hpp>
 #include <lightwell/pixel.hpp>
-#include <lightwell/recording.hpp>
 
 namespace lightwell {
 namespace {

@@ -50,8 +50,28 @@ void basis(int band, Vec3<T> d, std::span<T> out) {
   }
 }
 
+/// Band 2, what most lights need, without the recursion's loops.
+template <class Quantity>
+Rgb<Quantity> evaluate_band_2(const Sh<Quantity>& sh, Vec3f d) {
+  constexpr float k0 = 0.28209479177387814F, k1 = 0.4886025119029199F, k2 = 1.0925484305920792F, k3 = 0.31539156525252005F,
+                  k4 = 0.5462742152960396F;
+  const float y[9] = {k0,
+                      k1 * d.y,
+                      k1 * d.z,
+                      k1 * d.x,
+                      k2 * d.x * d.y,
+                      k2 * d.y * d.z,
+                      k3 * (3 * d.z * d.z - 1),
+                      k2 * d.x * d.z,
+                      k4 * (d.x * d.x - d.y * d.y)};
+  Rgb<Quantity> sum;
+  for (std::size_t i = 0; i < 9; ++i) sum += sh.c[i] * y[i];
+  return sum;
+}
+
 template <class Quantity>
 Rgb<Quantity> evaluate_any(const Sh<Quantity>& sh, Vec3f d) {
+  if (sh.band == 2) return evaluate_band_2(sh, d);
   std::array<float, sh_count(kMaxBand)> y;
   basis<float>(sh.band, d, y);
   Rgb<Quantity> sum;

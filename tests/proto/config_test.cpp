@@ -25,7 +25,34 @@ TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
   EXPECT_EQ(c->estimator.unseen, UnseenFill::none);
   EXPECT_EQ(c->estimator.smoothing, Smoothing::one_euro);
   EXPECT_EQ(c->estimator.environment_edge, 0);
-  EXPECT_EQ(c->grpc_listen, "127.0.0.1:7420");
+  EXPECT_EQ(c->grpc.listen, "127.0.0.1:7420");
+}
+
+TEST(Config, SaysHowTheLinkIsGuarded) {
+  const auto c = parse_config(
+      "camera { uri: \"sim:city\" } grpc { security: LINK_SECURITY_MUTUAL_TLS keys: \"k\" certificate: \"c.pem\" key: "
+      "\"c_key.pem\" client_ca: \"ca.pem\" paired_days: 30 }",
+      "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->grpc.security, LinkSecurity::mutual_tls);
+  EXPECT_EQ(c->grpc.keys, "k");
+  EXPECT_EQ(c->grpc.certificate, "c.pem");
+  EXPECT_EQ(c->grpc.key, "c_key.pem");
+  EXPECT_EQ(c->grpc.client_ca, "ca.pem");
+  EXPECT_EQ(c->grpc.paired_days, 30);
+  const auto plain = parse_config("camera { uri: \"sim:city\" }", "x");
+  EXPECT_EQ(plain->grpc.security, LinkSecurity::unspecified);
+  EXPECT_EQ(plain->grpc.paired_days, 365);
+}
+
+TEST(Config, AGuardThatContradictsItselfIsNamed) {
+  const auto with = [](const std::string& grpc) { return refusal("camera { uri: \"sim:city\" } grpc { " + grpc + " }"); };
+  EXPECT_NE(with("security: LINK_SECURITY_TLS certificate: \"c.pem\"").find("grpc.key"), std::string::npos);
+  EXPECT_NE(with("certificate: \"c.pem\" key: \"k.pem\"").find("LINK_SECURITY_TLS"), std::string::npos)
+      << "a certificate that nobody would be shown";
+  EXPECT_NE(with("security: LINK_SECURITY_PLAIN client_ca: \"c.pem\"").find("grpc.security"), std::string::npos);
+  EXPECT_NE(with("security: LINK_SECURITY_TLS paired_days: 9999").find("paired_days"), std::string::npos);
+  EXPECT_NE(with("security: LINK_SECURITY_TLS paired_days: 4294967295").find("paired_days"), std::string::npos);
 }
 
 TEST(Config, ASettingStretchesTheLimitsOfError) {
@@ -106,6 +133,44 @@ TEST(Config, TellsWhereAGreyPatchIs) {
   EXPECT_EQ(plain->grey_patch->normal, (Vec3f{0, 1, 0}));
   EXPECT_EQ(plain->grey_patch->albedo, 0.18);
   EXPECT_NE(refusal("camera { uri: \"x:\" } grey_patch { normal: [1, 0] }").find("grey_patch.normal"), std::string::npos);
+}
+
+TEST(Config, NamesABrokerAndWhetherItIsFound) {
+  const Result<Config> c = parse_config(
+      "camera { uri: \"sim:city\" }\n"
+      "mqtt { uri: \"mqtts://broker/venue/attic\" ca_file: \"ca.pem\" certificate_file: \"me.pem\" key_file: \"me.key\"\n"
+      "       login_file: \"login\" client_id: \"attic-1\" }\n"
+      "discovery { mdns: MDNS_ON }\n",
+      "probe.textproto");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  ASSERT_TRUE(c->mqtt);
+  EXPECT_EQ(c->mqtt->uri, "mqtts://broker/venue/attic");
+  EXPECT_EQ(c->mqtt->ca_file, "ca.pem");
+  EXPECT_EQ(c->mqtt->certificate_file, "me.pem");
+  EXPECT_EQ(c->mqtt->key_file, "me.key");
+  EXPECT_EQ(c->mqtt->login_file, "login");
+  EXPECT_EQ(c->mqtt->client_id, "attic-1");
+  EXPECT_EQ(c->mdns, Mdns::on);
+  const Result<Config> plain = parse_config("camera { uri: \"sim:city\" }", "probe.textproto");
+  EXPECT_FALSE(plain->mqtt);
+  EXPECT_EQ(plain->mdns, Mdns::off);
+}
+
+TEST(Config, ABrokerThatCannotWorkIsRefusedByField) {
+  const auto refusal = [](const std::string& mqtt) {
+    return parse_config("camera { uri: \"sim:city\" } mqtt { " + mqtt + " }", "probe.textproto").status().message();
+  };
+  EXPECT_NE(refusal("uri: \"mqtt://broker/venue/+\"").find("mqtt.uri"), std::string::npos);
+  EXPECT_NE(refusal("").find("mqtt.uri"), std::string::npos);
+  EXPECT_NE(refusal("uri: \"mqtts://broker/a\" key_file: \"me.key\"").find("certificate_file"), std::string::npos);
+  EXPECT_NE(refusal("uri: \"mqtt://broker/a\" ca_file: \"ca.pem\"").find("mqtts://"), std::string::npos)
+      << "who names an authority means TLS";
+}
+
+TEST(Config, TellsWhetherThereIsAUsbLinkAndWhere) {
+  EXPECT_FALSE(parse_config("camera { uri: \"x:\" }", "x")->usb_gadget.has_value());
+  EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget {}", "x")->usb_gadget->ffs, "/dev/ffs-lightwell");
+  EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget { ffs: \"/run/f\" }", "x")->usb_gadget->ffs, "/run/f");
 }
 
 TEST(Config, OfAMissingFileNamesIt) {

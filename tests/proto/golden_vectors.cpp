@@ -86,7 +86,7 @@ Descriptor fullest() {
   }
   d.environment = whole_map();
   d.saturated = 0.25F;
-  for (const Flag f : kFlags) d.flags.set(f);
+  for (const Flag f : kWireFlags) d.flags.set(f);
   d.bound.total = std::numeric_limits<float>::infinity();
   return d;
 }

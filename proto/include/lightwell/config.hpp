@@ -62,15 +62,51 @@ struct GreyPatch {
   [[nodiscard]] Status validate(const RigParameters& rig) const;
 };
 
+struct UsbGadgetConfig {
+  std::string ffs = "/dev/ffs-lightwell";  ///< Where FunctionFS is mounted.
+};
+
+/// Meanings: config.proto. Paths are empty where there is none.
+struct MqttConfig {
+  std::string uri;
+  std::string ca_file{}, certificate_file{}, key_file{}, login_file{};
+  std::string client_id{};  ///< Empty: "lightwell-" and the probe's name.
+
+  /// invalid_argument names the field.
+  [[nodiscard]] Status validate() const;
+};
+
+/// Whether a probe is announced by multicast DNS.
+enum class Mdns : std::uint8_t { off = 1, on = 2 };
+
+enum class LinkSecurity : std::uint8_t { unspecified = 0, plain = 1, tls = 2, mutual_tls = 3 };
+
+/// The network link. Meanings and defaults: config.proto.
+struct GrpcConfig {
+  std::string listen = "127.0.0.1:7420";
+  LinkSecurity security = LinkSecurity::unspecified;
+  std::string keys{};
+  std::string certificate{}, key{};
+  std::string client_ca{};
+  int paired_days = 365;
+
+  /// Of what needs no file: invalid_argument names the field.
+  [[nodiscard]] Status validate() const;
+  [[nodiscard]] bool encrypted() const { return security == LinkSecurity::tls || security == LinkSecurity::mutual_tls; }
+};
+
 struct Config {
   std::string probe_name = "lightwell";
   CameraConfig camera;
-  std::string calibration;
+  std::string calibration, mounting;  ///< Paths; empty: none.
   EstimatorConfig estimator;
-  std::string grpc_listen = "127.0.0.1:7420";
+  GrpcConfig grpc;
   std::string record_path;
   double budget_ms = 0;  ///< 0: none.
   std::optional<GreyPatch> grey_patch;
+  std::optional<UsbGadgetConfig> usb_gadget;
+  std::optional<MqttConfig> mqtt;
+  Mdns mdns = Mdns::off;
 
   [[nodiscard]] Status validate() const;
 };

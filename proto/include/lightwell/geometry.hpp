@@ -80,6 +80,8 @@ struct Quat {
     return {axis.x * s, axis.y * s, axis.z * s, std::cos(angle_rad / 2)};
   }
 
+  friend constexpr bool operator==(const Quat&, const Quat&) = default;
+
   [[nodiscard]] constexpr Quat inverse() const { return {-x, -y, -z, w}; }
 
   /// Unit length; the identity where the length is zero or not finite.
@@ -111,6 +113,24 @@ template <class T>
 struct Pose {
   Quat rotation;
   Vec3d translation;
+
+  friend constexpr bool operator==(const Pose&, const Pose&) = default;
 };
+
+/// A point of b in a's axes. Rotations are unit quaternions here and below.
+[[nodiscard]] constexpr Vec3d transformed(const Pose& a_b, Vec3d p) {
+  return rotate(a_b.rotation, p) + a_b.translation;
+}
+
+/// T_a_b T_b_c.
+[[nodiscard]] constexpr Pose compose(const Pose& a_b, const Pose& b_c) {
+  return {a_b.rotation * b_c.rotation, transformed(a_b, b_c.translation)};
+}
+
+/// T_b_a.
+[[nodiscard]] constexpr Pose inverse(const Pose& a_b) {
+  const Quat back = a_b.rotation.inverse();
+  return {back, -rotate(back, a_b.translation)};
+}
 
 }  // namespace lightwell

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <lightwell/calibration.hpp>
+#include <lightwell/checksum.hpp>
 #include <lightwell/pixel.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
@@ -117,8 +118,5 @@ class DecodedFrame {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// CRC-32C (Castagnoli), as in RFC 3720 B.4.
-[[nodiscard]] std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t seed = 0);
 
 }  // namespace lightwell

@@ -5,6 +5,8 @@
 #include <lightwell/config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
+#include <lightwell/uncertain_pose.hpp>
+#include <optional>
 #include <string>
 
 namespace lightwell {
@@ -24,6 +26,10 @@ struct Counters {
   std::uint64_t setting_moves = 0;
   std::uint64_t estimates_late = 0;
   std::uint64_t estimates_late_at_fast = 0;
+  std::uint64_t messages_refused = 0;
+  std::uint64_t authentication_failures = 0;
+
+  friend bool operator==(const Counters&, const Counters&) = default;
 };
 
 struct StatusSnapshot {
@@ -33,6 +39,9 @@ struct StatusSnapshot {
   std::string version;
   std::string camera;
   Counters counters;
+  std::optional<UncertainPose> T_world_probe;  ///< Where it hangs, where it knows.
+
+  friend bool operator==(const StatusSnapshot&, const StatusSnapshot&) = default;
 };
 
 /// What links hand on from the outside. Called from any of a link's threads.

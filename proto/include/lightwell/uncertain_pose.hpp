@@ -23,22 +23,9 @@ using PoseCovariance = std::array<std::array<double, 6>, 6>;
 struct UncertainPose {
   Pose pose;
   PoseCovariance covariance{};
+
+  friend constexpr bool operator==(const UncertainPose&, const UncertainPose&) = default;
 };
-
-[[nodiscard]] constexpr Vec3d transformed(const Pose& a_b, Vec3d p) {
-  return rotate(a_b.rotation, p) + a_b.translation;
-}
-
-/// T_a_b T_b_c.
-[[nodiscard]] constexpr Pose compose(const Pose& a_b, const Pose& b_c) {
-  return {a_b.rotation * b_c.rotation, transformed(a_b, b_c.translation)};
-}
-
-/// T_b_a.
-[[nodiscard]] constexpr Pose inverse(const Pose& a_b) {
-  const Quat back = a_b.rotation.inverse();
-  return {back, -rotate(back, a_b.translation)};
-}
 
 namespace pose_detail {
 

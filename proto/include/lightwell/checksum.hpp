@@ -1,0 +1,13 @@
+// The checksum that recordings, environment maps and frames on a link share.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace lightwell {
+
+/// CRC-32C (Castagnoli), as in RFC 3720 B.4. `seed`: the checksum of what came before, to go on from there.
+[[nodiscard]] std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t seed = 0);
+
+}  // namespace lightwell

@@ -1,0 +1,178 @@
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+
+#include <lightwell/advertisement.hpp>
+
+namespace lightwell {
+namespace {
+
+constexpr std::size_t kMaxLinks = 8;
+constexpr std::size_t kMaxStrings = 64;
+/// Of one string of a TXT record (RFC 6763, section 6.1).
+constexpr std::size_t kMaxEntry = 255;
+constexpr std::size_t kMaxName = 64;
+constexpr std::size_t kMaxVersion = 32;
+
+Status wrong(std::string_view key, std::string_view why) {
+  return {StatusCode::invalid_argument, "TXT record: " + std::string(key) + ": " + std::string(why)};
+}
+
+/// Bytes of the UTF-8 character (RFC 3629) that begins here; 0 where none does.
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(text[i])); };
+  const unsigned first = byte(0);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
+                             : first >= 0xE0 && first < 0xF0 ? 3
+                             : first >= 0xF0 && first < 0xF5 ? 4
+                                                             : 0;
+  if (length == 0 || text.size() < length) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(i) & 0xC0U) != 0x80U) return 0;
+  // Overlong forms, surrogates, and what lies beyond U+10FFFF.
+  if ((first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) >= 0xA0)) return 0;
+  if ((first == 0xF0 && byte(1) < 0x90) || (first == 0xF4 && byte(1) >= 0x90)) return 0;
+  return length;
+}
+
+/// C0 and C1 controls and DEL: what a terminal obeys. And the marks that turn the direction of text, which make a name
+/// look like another one.
+bool is_control(std::string_view character) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
+  if (character.size() == 1) return byte(0) < 0x20 || byte(0) == 0x7F;
+  if (character.size() == 2) return byte(0) == 0xC2 && byte(1) < 0xA0;
+  if (character.size() == 3 && byte(0) == 0xE2)
+    return (byte(1) == 0x80 && (byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE))) ||
+           (byte(1) == 0x81 && byte(2) >= 0xA6 && byte(2) <= 0xA9);
+  return false;
+}
+
+std::string hex(std::uint32_t value) {
+  std::array<char, 9> text{};
+  std::snprintf(text.data(), text.size(), "%08x", value);
+  return text.data();
+}
+
+std::optional<std::uint32_t> number(std::string_view text, int base) {
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// scheme://[host][:port][/topic], of ASCII without space: enough to be shown; who connects checks it again.
+bool is_link(std::string_view uri) {
+  const std::size_t scheme = uri.find("://");
+  if (scheme == std::string_view::npos || scheme == 0 || scheme > 16 || uri.size() <= scheme + 3) return false;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    const auto c = static_cast<unsigned char>(uri[i]);
+    if (c <= 0x20 || c >= 0x7F) return false;
+    if (i < scheme && !(c >= 'a' && c <= 'z')) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+AdvertisedLink advertised_link(std::string_view address) {
+  const std::size_t scheme_end = address.find("://");
+  if (scheme_end == std::string_view::npos) return {};
+  const std::string_view scheme = address.substr(0, scheme_end);
+  const std::string security = scheme.ends_with('s') ? "tls" : "none";
+  const std::string_view rest = address.substr(scheme_end + 3);
+  // The broker of MQTT is another machine, and named as the probe knows it.
+  if (scheme.starts_with("mqtt")) return {std::string(address), security};
+  const std::size_t colon = rest.rfind(':');
+  if (colon == std::string_view::npos) return {};
+  std::string_view host = rest.substr(0, colon);
+  if (host.starts_with("127.") || host == "localhost" || host == "[::1]") return {};
+  if (host == "0.0.0.0" || host == "[::]") host = {};
+  return {std::string(scheme) + "://" + std::string(host) + std::string(rest.substr(colon)), security};
+}
+
+std::vector<std::string> advertisement_to_txt(const Advertisement& a) {
+  std::vector<std::string> txt = {"txtvers=1",
+                                  "id=" + hex(a.probe_id),
+                                  "name=" + a.name,
+                                  "version=" + a.version,
+                                  "cal=" + hex(a.calibration_id),
+                                  "wire=" + std::to_string(a.wire_version)};
+  std::size_t i = 0;
+  for (const AdvertisedLink& link : a.links) {
+    const std::string number_of_link = std::to_string(i);
+    const std::string entry = "link" + number_of_link + "=" + link.uri;
+    if (link.uri.empty() || entry.size() > kMaxEntry || i == kMaxLinks) continue;
+    txt.push_back(entry);
+    txt.push_back("sec" + number_of_link + "=" + link.security);
+    ++i;
+  }
+  return txt;
+}
+
+Result<Advertisement> advertisement_from_txt(const std::vector<std::string>& txt) {
+  if (txt.size() > kMaxStrings) return wrong("TXT", "more than 64 strings");
+  const auto value = [&](const std::string& key) -> std::optional<std::string_view> {
+    for (const std::string& entry : txt)
+      if (entry.size() <= kMaxEntry && entry.starts_with(key + "="))
+        return std::string_view(entry).substr(key.size() + 1);
+    return std::nullopt;
+  };
+  if (value("txtvers") != "1") return wrong("txtvers", "it must be 1");
+  Advertisement out;
+  for (const auto& [key, target] : {std::pair{"id", &out.probe_id}, {"cal", &out.calibration_id}}) {
+    const auto text = value(key);
+    const auto parsed = text && text->size() == 8 ? number(*text, 16) : std::nullopt;
+    if (!parsed) return wrong(key, "it must be eight hexadecimal digits");
+    *target = *parsed;
+  }
+  const auto wire = value("wire");
+  const auto wire_number = wire ? number(*wire, 10) : std::nullopt;
+  if (!wire_number || *wire_number == 0) return wrong("wire", "it must be a number from 1 on");
+  out.wire_version = *wire_number;
+  const auto name = value("name");
+  if (!name || name->empty() || name->size() > kMaxName) return wrong("name", "it must have 1 to 64 bytes");
+  if (printable(*name) != *name) return wrong("name", "it has control characters or is no UTF-8");
+  out.name = *name;
+  const auto version = value("version");
+  if (!version || version->empty() || version->size() > kMaxVersion)
+    return wrong("version", "it must have 1 to 32 characters");
+  for (const char c : *version)
+    if (!((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' || c == '-' ||
+          c == '+' || c == '~'))
+      return wrong("version", "it has a character that versions do not have");
+  out.version = *version;
+  for (std::size_t i = 0; i < kMaxLinks; ++i) {
+    const std::string key = "link" + std::to_string(i);
+    const auto link = value(key);
+    if (!link) break;
+    if (!is_link(*link)) return wrong(key, "it must be SCHEME://[HOST]:PORT or a broker's address");
+    const auto security = value("sec" + std::to_string(i));
+    if (security != "none" && security != "tls") return wrong("sec" + std::to_string(i), "it must be none or tls");
+    out.links.push_back({std::string(*link), std::string(*security)});
+  }
+  return out;
+}
+
+std::string printable(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const std::size_t taken = length == 0 ? 1 : length;
+    const std::string_view character = text.substr(0, taken);
+    if (length != 0 && !is_control(character)) {
+      out += character;
+    } else {
+      for (const char c : character) {
+        std::array<char, 5> escaped{};
+        std::snprintf(escaped.data(), escaped.size(), "\\x%02x", static_cast<unsigned>(static_cast<unsigned char>(c)));
+        out += escaped.data();
+      }
+    }
+    text.remove_prefix(taken);
+  }
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,200 @@
+#include <algorithm>
+#include <cstring>
+#include <lightwell/checksum.hpp>
+#include <lightwell/framing.hpp>
+#include <limits>
+#include <string>
+
+namespace lightwell {
+namespace {
+
+// 'L' 'W' 'F', and a byte that is no text.
+constexpr std::array<std::byte, 4> kMagic = {std::byte{'L'}, std::byte{'W'}, std::byte{'F'}, std::byte{0xA7}};
+
+// Where each field of a header lies; all little-endian.
+constexpr std::size_t kVersionAt = 4, kKindAt = 5, kSessionAt = 8, kLengthAt = 12, kSequenceAt = 16,
+                      kPayloadCrcAt = 24, kHeaderCrcAt = 28;
+
+template <class T>
+void put_le(std::byte* at, T value) {
+  for (std::size_t i = 0; i < sizeof(T); ++i) at[i] = static_cast<std::byte>(value >> (8 * i) & 255U);
+}
+
+template <class T>
+T get_le(const std::byte* at) {
+  T v = 0;
+  for (std::size_t i = 0; i < sizeof(T); ++i) v |= static_cast<T>(std::to_integer<T>(at[i]) << (8 * i));
+  return v;
+}
+
+/// A kind that nobody knows may be as long as any.
+std::size_t limit_of(std::uint8_t kind) {
+  const bool message = kind == static_cast<std::uint8_t>(FrameKind::request) ||
+                       kind == static_cast<std::uint8_t>(FrameKind::response);
+  return message ? kMaxLinkMessageBytes : kMaxDescriptorBytes;
+}
+
+bool known_kind(std::uint8_t kind) {
+  return kind >= static_cast<std::uint8_t>(FrameKind::descriptor) && kind <= static_cast<std::uint8_t>(FrameKind::response);
+}
+
+}  // namespace
+
+Status FrameWriter::write(FrameKind kind, std::span<const std::byte> payload, std::vector<std::byte>& out) {
+  const std::size_t limit = limit_of(static_cast<std::uint8_t>(kind));
+  if (payload.size() > limit)
+    return {StatusCode::invalid_argument, "a message of " + std::to_string(payload.size()) +
+                                              " bytes; one of this kind has at most " + std::to_string(limit)};
+  const std::size_t bytes = kFrameHeaderBytes + payload.size();
+  out.assign(bytes + (bytes % kFrameGranule == 0 ? 1 : 0), std::byte{0});
+  std::byte* const head = out.data();
+  std::copy(kMagic.begin(), kMagic.end(), head);
+  head[kVersionAt] = std::byte{kFrameVersion};
+  head[kKindAt] = static_cast<std::byte>(kind);
+  put_le<std::uint32_t>(head + kSessionAt, session_);
+  put_le<std::uint32_t>(head + kLengthAt, static_cast<std::uint32_t>(payload.size()));
+  put_le<std::uint64_t>(head + kSequenceAt, ++sequence_);
+  put_le<std::uint32_t>(head + kPayloadCrcAt, crc32c(payload));
+  put_le<std::uint32_t>(head + kHeaderCrcAt, crc32c(std::span(out).first(kHeaderCrcAt)));
+  std::copy(payload.begin(), payload.end(), out.begin() + kFrameHeaderBytes);
+  return {};
+}
+
+struct FrameReader::Header {
+  explicit Header(const std::byte* at)
+      : version(std::to_integer<std::uint8_t>(at[kVersionAt])),
+        kind(std::to_integer<std::uint8_t>(at[kKindAt])),
+        session(get_le<std::uint32_t>(at + kSessionAt)),
+        length(get_le<std::uint32_t>(at + kLengthAt)),
+        sequence(get_le<std::uint64_t>(at + kSequenceAt)),
+        payload_crc(get_le<std::uint32_t>(at + kPayloadCrcAt)) {}
+
+  std::uint8_t version, kind;
+  std::uint32_t session, length;
+  std::uint64_t sequence;
+  std::uint32_t payload_crc;
+};
+
+FrameReader::FrameReader() : buffer_(kMaxFrameBytes) {}
+
+void FrameReader::push(std::span<const std::byte> bytes, const Take& take) {
+  while (!bytes.empty()) {
+    drop_consumed();
+    const std::size_t now = std::min(bytes.size(), buffer_.size() - end_);
+    std::copy_n(bytes.begin(), now, buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
+    end_ += now;
+    bytes = bytes.subspan(now);
+    search(Search::more_may_come, take);
+  }
+}
+
+void FrameReader::end_transfer(const Take& take) {
+  search(Search::nothing_follows, take);
+  at_boundary_ = true;
+}
+
+void FrameReader::begin_stream() {
+  if (begin_ < end_) {
+    ++counters_.cut_off;
+    counters_.skipped_bytes += end_ - begin_;
+  }
+  begin_ = end_ = 0;
+  at_boundary_ = true;
+}
+
+void FrameReader::search(Search search, const Take& take) {
+  while (begin_ < end_ && step(search, take) == Step::went_on) {
+  }
+  if (begin_ == end_) begin_ = end_ = 0;
+}
+
+FrameReader::Step FrameReader::step(Search search, const Take& take) {
+  const std::byte* const at = buffer_.data() + begin_;
+  const std::size_t here = end_ - begin_;
+  if (at_boundary_ && *at == std::byte{0}) {
+    ++begin_;
+    return Step::went_on;
+  }
+  if (!std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(std::min(here, kMagic.size())), at)) {
+    skip();
+    return Step::went_on;
+  }
+  const auto unfinished = [&] {
+    if (search == Search::more_may_come) return Step::wants_more;
+    ++counters_.cut_off;
+    skip();
+    return Step::went_on;
+  };
+  if (here < kFrameHeaderBytes) return unfinished();
+  if (crc32c({at, kHeaderCrcAt}) != get_le<std::uint32_t>(at + kHeaderCrcAt)) {
+    ++counters_.bad_headers;
+    skip();
+    return Step::went_on;
+  }
+  const Header header(at);
+  // What an oversized frame holds is not read: it is looked through like damage.
+  if (header.length > limit_of(header.kind)) {
+    ++counters_.oversized;
+    skip();
+    return Step::went_on;
+  }
+  if (here < kFrameHeaderBytes + header.length) return unfinished();
+  const std::span payload(at + kFrameHeaderBytes, header.length);
+  // The length may be that of bytes which were cut away: nothing behind the header is passed over.
+  if (crc32c(payload) != header.payload_crc) {
+    ++counters_.bad_payloads;
+    skip();
+    return Step::went_on;
+  }
+  begin_ += kFrameHeaderBytes + header.length;
+  at_boundary_ = true;
+  deliver(header, payload, take);
+  return Step::went_on;
+}
+
+void FrameReader::skip() {
+  ++begin_;
+  ++counters_.skipped_bytes;
+  at_boundary_ = false;
+}
+
+void FrameReader::deliver(const Header& header, std::span<const std::byte> payload, const Take& take) {
+  if (!is_new(header)) {
+    ++counters_.replayed;
+    return;
+  }
+  if (header.version != kFrameVersion || !known_kind(header.kind)) {
+    ++counters_.unknown;
+    return;
+  }
+  ++counters_.frames;
+  take({static_cast<FrameKind>(header.kind), header.session, header.sequence, payload});
+}
+
+bool FrameReader::is_new(const Header& header) {
+  if (header.sequence == 0) return false;
+  if (session_ == header.session) {
+    if (header.sequence <= sequence_) return false;
+    const std::uint64_t missing = header.sequence - sequence_ - 1;
+    counters_.lost += std::min(missing, std::numeric_limits<std::uint64_t>::max() - counters_.lost);
+  } else {
+    const auto known = std::min(ended_count_, ended_.size());
+    if (std::find(ended_.begin(), ended_.begin() + static_cast<std::ptrdiff_t>(known), header.session) !=
+        ended_.begin() + static_cast<std::ptrdiff_t>(known))
+      return false;
+    // Nothing is known of what a session sent before its reader came.
+    if (session_) ended_[ended_count_++ % ended_.size()] = *session_;
+    session_ = header.session;
+  }
+  sequence_ = header.sequence;
+  return true;
+}
+
+void FrameReader::drop_consumed() {
+  if (begin_ == 0) return;
+  std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+  end_ -= begin_;
+  begin_ = 0;
+}
+
+}  // namespace lightwell

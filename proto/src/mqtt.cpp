@@ -1,0 +1,96 @@
+#include <charconv>
+
+#include <lightwell/mqtt.hpp>
+
+namespace lightwell {
+namespace {
+
+constexpr std::string_view kPlain = "mqtt://";
+constexpr std::string_view kTls = "mqtts://";
+constexpr std::size_t kMaxBase = 200;
+constexpr std::size_t kMaxReplyTopic = 256;
+
+Status refused(std::string_view uri, std::string_view why) {
+  return {StatusCode::invalid_argument, "'" + std::string(uri) +
+                                            "' is no address of a probe at a broker: " + std::string(why) +
+                                            "; mqtt://BROKER:1883/venue/probe is one, mqtts:// with TLS"};
+}
+
+/// Why it is none; empty where it is one.
+std::string_view base_problem(std::string_view base) {
+  if (base.size() > kMaxBase) return "the topic is longer than 200 bytes";
+  if (base.find_first_of("+#") != std::string_view::npos) return "a topic with a wildcard (+, #) names no single probe";
+  if (base.starts_with('$')) return "topics that begin with $ are the broker's own";
+  for (const char c : base)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return "the topic has a control character";
+  if (base.starts_with('/') || base.find("//") != std::string_view::npos) return "a level of the topic is empty";
+  return {};
+}
+
+}  // namespace
+
+std::string MqttAddress::uri() const {
+  const std::string where = host.find(':') == std::string::npos ? host : "[" + host + "]";
+  return std::string(transport == MqttTransport::tls ? kTls : kPlain) + where + ":" + std::to_string(port) + "/" + base;
+}
+
+Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base) {
+  MqttAddress out;
+  std::string_view rest;
+  if (uri.starts_with(kTls)) {
+    out.transport = MqttTransport::tls;
+    out.port = kMqttTlsPort;
+    rest = uri.substr(kTls.size());
+  } else if (uri.starts_with(kPlain)) {
+    rest = uri.substr(kPlain.size());
+  } else {
+    return refused(uri, "it begins with neither mqtt:// nor mqtts://");
+  }
+  const std::size_t slash = rest.find('/');
+  std::string_view authority = rest.substr(0, slash);
+  std::string_view topic = slash == std::string_view::npos ? std::string_view() : rest.substr(slash + 1);
+  if (topic.ends_with('/')) topic.remove_suffix(1);
+  if (authority.find('@') != std::string_view::npos)
+    return refused(
+        uri,
+        "a user name and password do not belong into an address, which is shown and logged; they have fields "
+        "of their own");
+  if (authority.starts_with('[')) {
+    const std::size_t bracket = authority.find(']');
+    if (bracket == std::string_view::npos) return refused(uri, "the bracket of the IPv6 address is not closed");
+    out.host = authority.substr(1, bracket - 1);
+    authority.remove_prefix(bracket + 1);
+    if (!authority.empty() && !authority.starts_with(':')) return refused(uri, "behind ] comes :PORT");
+  } else {
+    const std::size_t colon = authority.find(':');
+    out.host = authority.substr(0, colon);
+    authority = colon == std::string_view::npos ? std::string_view() : authority.substr(colon);
+    if (authority.find(':', 1) != std::string_view::npos)
+      return refused(uri, "an IPv6 address wants brackets, mqtt://[::1]/...");
+  }
+  if (out.host.empty()) return refused(uri, "no broker");
+  for (const char c : out.host)
+    if (static_cast<unsigned char>(c) <= 0x20 || c == 0x7F || c == '?' || c == '#')
+      return refused(uri, "the broker's name has a character that names do not have");
+  if (!authority.empty()) {
+    const std::string_view digits = authority.substr(1);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), out.port);
+    if (error != std::errc() || end != digits.data() + digits.size() || out.port < 1 || out.port > 65535)
+      return refused(uri, "the port is a number, 1 to 65535");
+  }
+  if (const std::string_view problem = base_problem(topic); !problem.empty()) return refused(uri, problem);
+  if (topic.empty() && base == MqttBase::needed) return refused(uri, "no topic");
+  out.base = topic;
+  return out;
+}
+
+bool is_reply_topic(const MqttTopics& topics, std::string_view topic) {
+  if (topic.size() > kMaxReplyTopic || !topic.starts_with(topics.replies)) return false;
+  const std::string_view level = topic.substr(topics.replies.size());
+  if (level.empty()) return false;
+  for (const char c : level)
+    if (static_cast<unsigned char>(c) <= 0x20 || c == 0x7F || c == '/' || c == '+' || c == '#') return false;
+  return true;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,289 @@
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <lightwell/mqtt_session.hpp>
+#include <mosquitto.h>
+#include <mqtt_protocol.h>
+#include <poll.h>
+#include <random>
+#include <unistd.h>
+#include <utility>
+
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+
+namespace lightwell {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+/// A broker takes a client for lost, and publishes its will, after one and a half of these without a word; a client a broker
+/// after two.
+constexpr int kKeepAliveSeconds = 5;
+
+/// A key that is encrypted is refused; OpenSSL would ask for its password at the terminal.
+int no_password(char*, int, int, void*) { return 0; }
+
+const char* or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
+
+/// Owned by the library's allocator.
+struct PropertyString {
+  char* text = nullptr;
+  ~PropertyString() { std::free(text); }
+};
+struct PropertyBytes {
+  void* bytes = nullptr;
+  std::uint16_t size = 0;
+  ~PropertyBytes() { std::free(bytes); }
+};
+
+constexpr const char* kAskedForOurs = "; does the broker ask for a certificate of ours?";
+
+/// A refusal that comes behind the handshake (TLS 1.3) has no words of its own where the connection is reset before they are
+/// read.
+std::string without_words(std::string why, MqttTransport transport) {
+  if (transport == MqttTransport::tls) why += kAskedForOurs;
+  return why;
+}
+
+/// The words, where they are read: alerts 116 of TLS 1.3 and 40 of TLS 1.2 (RFC 8446, RFC 5246, 7.2).
+std::string with_remedy(std::string said) {
+  if (said.find("certificate required") != std::string::npos || said.find("handshake failure") != std::string::npos)
+    said += kAskedForOurs;
+  return said;
+}
+
+}  // namespace
+
+struct MqttSession::Properties {
+  mosquitto_property* list = nullptr;
+  bool good = true;
+  ~Properties() { mosquitto_property_free_all(&list); }
+
+  void add_correlation(std::span<const std::byte> bytes) {
+    good = good && mosquitto_property_add_binary(&list, MQTT_PROP_CORRELATION_DATA, bytes.data(),
+                                                 static_cast<std::uint16_t>(bytes.size())) == MOSQ_ERR_SUCCESS;
+  }
+  void add_response_topic(const std::string& topic) {
+    good = good && mosquitto_property_add_string(&list, MQTT_PROP_RESPONSE_TOPIC, topic.c_str()) == MOSQ_ERR_SUCCESS;
+  }
+};
+
+struct MqttSession::Callbacks {
+  static void connected(mosquitto* client, void* data, int reason, int, const mosquitto_property*) {
+    auto& self = *static_cast<MqttSession*>(data);
+    if (reason != 0) {
+      self.disconnected_ = std::string("the broker refused: ") + mosquitto_reason_string(reason);
+      return;
+    }
+    self.connected_ = true;
+    self.back_off_.reset();
+    for (const std::string& topic : self.options_.subscriptions)
+      mosquitto_subscribe_v5(client, nullptr, topic.c_str(), 0, 0, nullptr);
+    self.options_.on_connected();
+  }
+
+  static void disconnected(mosquitto*, void* data, int reason, const mosquitto_property*) {
+    auto& self = *static_cast<MqttSession*>(data);
+    // The library uses its own codes below 128 and the broker's from there on.
+    const std::string why = reason >= 128 ? mosquitto_reason_string(reason)
+                                          : without_words(mosquitto_strerror(reason), self.options_.address.transport);
+    if (self.disconnected_.empty()) self.disconnected_ = self.said_.empty() ? why : self.said_;
+  }
+
+  static void message(mosquitto*, void* data, const mosquitto_message* m, const mosquitto_property* properties) {
+    PropertyString topic;
+    PropertyBytes correlation;
+    mosquitto_property_read_string(properties, MQTT_PROP_RESPONSE_TOPIC, &topic.text, false);
+    mosquitto_property_read_binary(properties, MQTT_PROP_CORRELATION_DATA, &correlation.bytes, &correlation.size,
+                                   false);
+    const auto bytes = [](const void* at, std::size_t size) {
+      return std::span(static_cast<const std::byte*>(at), size);
+    };
+    static_cast<MqttSession*>(data)->options_.on_message(
+        {m->topic, bytes(m->payload, static_cast<std::size_t>(m->payloadlen)), topic.text != nullptr ? topic.text : "",
+         bytes(correlation.bytes, correlation.size)});
+  }
+
+  static void subscribed(mosquitto*, void* data, int, int count, const int* granted, const mosquitto_property*) {
+    auto& self = *static_cast<MqttSession*>(data);
+    for (int i = 0; i < count; ++i)
+      if (granted[i] >= 128)
+        self.disconnected_ = std::string("the broker refused a subscription: ") + mosquitto_reason_string(granted[i]) +
+                             "; may this user read there?";
+  }
+
+  static void log(mosquitto*, void* data, int level, const char* text) {
+    if (level == MOSQ_LOG_ERR) static_cast<MqttSession*>(data)->said_ = with_remedy(text);
+  }
+};
+
+void MqttSession::Free::operator()(mosquitto* client) const { mosquitto_destroy(client); }
+
+MqttSession::MqttSession(Options options)
+    : options_(std::move(options)),
+      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      back_off_(options_.retry_min, options_.retry_max, std::random_device{}()) {
+  // Once a process; other parts of it may use the library, so it is never taken down.
+  static const int initialised = mosquitto_lib_init();
+  (void)initialised;
+}
+
+MqttSession::~MqttSession() {
+  client_.reset();
+  if (wake_ >= 0) ::close(wake_);
+}
+
+std::string MqttSession::configure(mosquitto* client) const {
+  const MqttLogin& login = options_.login;
+  mosquitto_int_option(client, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
+  mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1);
+  mosquitto_connect_v5_callback_set(client, Callbacks::connected);
+  mosquitto_disconnect_v5_callback_set(client, Callbacks::disconnected);
+  mosquitto_message_v5_callback_set(client, Callbacks::message);
+  mosquitto_subscribe_v5_callback_set(client, Callbacks::subscribed);
+  mosquitto_log_callback_set(client, Callbacks::log);
+  int rc = MOSQ_ERR_SUCCESS;
+  if (!login.user.empty()) rc = mosquitto_username_pw_set(client, login.user.c_str(), or_null(login.password));
+  if (rc != MOSQ_ERR_SUCCESS) return std::string("user name or password: ") + mosquitto_strerror(rc);
+  if (options_.address.transport == MqttTransport::tls) {
+    if (login.ca_file.empty()) mosquitto_int_option(client, MOSQ_OPT_TLS_USE_OS_CERTS, 1);
+    rc = mosquitto_tls_set(client, or_null(login.ca_file), nullptr, or_null(login.certificate_file),
+                           or_null(login.key_file), no_password);
+    if (rc == MOSQ_ERR_SUCCESS) rc = mosquitto_tls_opts_set(client, 1, "tlsv1.2", nullptr);
+    if (rc != MOSQ_ERR_SUCCESS) return std::string("TLS files: ") + mosquitto_strerror(rc);
+  }
+  if (!options_.will_topic.empty())
+    rc = mosquitto_will_set_v5(client, options_.will_topic.c_str(), static_cast<int>(options_.will_payload.size()),
+                               options_.will_payload.data(), 0, true, nullptr);
+  return rc == MOSQ_ERR_SUCCESS ? std::string() : std::string("last will: ") + mosquitto_strerror(rc);
+}
+
+void MqttSession::attempt(std::int64_t now_ns) {
+  const char* const host = options_.address.host.c_str();
+  said_.clear();
+  disconnected_.clear();
+  attempt_ns_ = now_ns;
+  client_.reset(mosquitto_new(options_.login.client_id.c_str(), true, this));
+  if (!client_) return lose("out of memory");
+  if (const std::string problem = configure(client_.get()); !problem.empty()) return lose(problem);
+  Properties properties;
+  mosquitto_property_add_int32(&properties.list, MQTT_PROP_MAXIMUM_PACKET_SIZE, options_.largest_packet);
+  // The call that does not wait takes no properties. The one that does keeps them, and refuses this port before it
+  // connects.
+  mosquitto_connect_bind_v5(client_.get(), host, -1, kKeepAliveSeconds, nullptr, properties.list);
+  looking_up_ = true;
+  const int rc = mosquitto_connect_async(client_.get(), host, options_.address.port, kKeepAliveSeconds);
+  const int system_error = errno;
+  looking_up_ = false;
+  if (rc != MOSQ_ERR_SUCCESS) {
+    const std::string system = rc == MOSQ_ERR_ERRNO ? std::strerror(system_error) : mosquitto_strerror(rc);
+    return lose(said_.empty() ? system : said_);
+  }
+  const int socket = mosquitto_socket(client_.get()), bytes = options_.send_buffer_bytes;
+  if (socket >= 0 && bytes > 0) ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+}
+
+void MqttSession::lose(const std::string& why) {
+  client_.reset();
+  connected_ = false;
+  next_attempt_ns_ = monotonic_now_ns() + back_off_.next().ns;
+  options_.on_lost(why);
+}
+
+bool MqttSession::idle() const { return connected_ && client_ && !mosquitto_want_write(client_.get()); }
+
+void MqttSession::wake() const {
+  const std::uint64_t one = 1;
+  // A counter that is full wakes as well.
+  if (::write(wake_, &one, sizeof one) < 0) return;
+}
+
+void MqttSession::wait_for_wake(std::int64_t timeout_ns) const {
+  pollfd fd{wake_, POLLIN, 0};
+  ::poll(&fd, 1, timeout_ns <= 0 ? 0 : static_cast<int>(timeout_ns / 1'000'000 + 1));
+  std::uint64_t count = 0;
+  if (::read(wake_, &count, sizeof count) < 0) return;
+}
+
+void MqttSession::turn(Duration patience) {
+  const std::int64_t now = monotonic_now_ns();
+  if (!client_ && now >= next_attempt_ns_) attempt(now);
+  if (!client_) return wait_for_wake(std::min(patience.ns, next_attempt_ns_ - monotonic_now_ns()));
+
+  const short wanted = static_cast<short>(POLLIN | (mosquitto_want_write(client_.get()) ? POLLOUT : 0));
+  std::array<pollfd, 2> fds{{{wake_, POLLIN, 0}, {mosquitto_socket(client_.get()), wanted, 0}}};
+  const std::int64_t wait = std::clamp<std::int64_t>(patience.ns, 0, kSecond);
+  ::poll(fds.data(), fds.size(), wait == 0 ? 0 : static_cast<int>(wait / 1'000'000 + 1));
+  if ((fds[0].revents & POLLIN) != 0) wait_for_wake(0);
+  serve(fds[1].revents);
+  if (disconnected_.empty() && !connected_ && monotonic_now_ns() - attempt_ns_ > options_.connect_timeout.ns)
+    disconnected_ = "the broker does not answer";
+  if (!disconnected_.empty()) lose(std::exchange(disconnected_, {}));
+}
+
+void MqttSession::serve(short events) {
+  mosquitto* const client = client_.get();
+  if ((events & (POLLERR | POLLHUP)) != 0) {
+    int error = 0;
+    socklen_t size = sizeof error;
+    if (::getsockopt(mosquitto_socket(client), SOL_SOCKET, SO_ERROR, &error, &size) == 0 && error != 0) {
+      disconnected_ =
+          error == ECONNRESET ? without_words(std::strerror(error), options_.address.transport) : std::strerror(error);
+      return;
+    }
+  }
+  if ((events & (POLLIN | POLLERR | POLLHUP)) != 0) mosquitto_loop_read(client, 1);
+  if (mosquitto_socket(client) >= 0 && mosquitto_want_write(client)) mosquitto_loop_write(client, 1);
+  if (mosquitto_socket(client) >= 0) mosquitto_loop_misc(client);
+  if (mosquitto_socket(client) < 0 && disconnected_.empty())
+    disconnected_ = said_.empty() ? "the connection to the broker was lost" : said_;
+}
+
+bool MqttSession::send(const std::string& topic, std::span<const std::byte> payload, bool retained,
+                       const Properties& properties) {
+  return client_ && properties.good &&
+         mosquitto_publish_v5(client_.get(), nullptr, topic.c_str(), static_cast<int>(payload.size()), payload.data(),
+                              0, retained, properties.list) == MOSQ_ERR_SUCCESS;
+}
+
+bool MqttSession::publish(const std::string& topic, std::span<const std::byte> payload, bool retained) {
+  return send(topic, payload, retained, {});
+}
+
+bool MqttSession::ask(const std::string& topic, const std::string& response_topic,
+                      std::span<const std::byte> correlation) {
+  Properties properties;
+  properties.add_response_topic(response_topic);
+  properties.add_correlation(correlation);
+  return connected_ && send(topic, {}, false, properties);
+}
+
+bool MqttSession::answer(const MqttMessage& question, std::span<const std::byte> payload) {
+  Properties properties;
+  properties.add_correlation(question.correlation);
+  return send(std::string(question.response_topic), payload, false, properties);
+}
+
+void MqttSession::close(Duration patience) {
+  const std::int64_t end = monotonic_now_ns() + patience.ns;
+  const auto flush = [&](auto&& done) {
+    while (client_ && !done() && monotonic_now_ns() < end) {
+      pollfd fd{mosquitto_socket(client_.get()), static_cast<short>(POLLIN | POLLOUT), 0};
+      if (fd.fd < 0) return;
+      ::poll(&fd, 1, 20);
+      serve(fd.revents);
+      if (!disconnected_.empty()) return;
+    }
+  };
+  if (connected_) {
+    flush([&] { return idle(); });
+    if (idle()) mosquitto_disconnect_v5(client_.get(), 0, nullptr);
+    flush([&] { return mosquitto_socket(client_.get()) < 0; });
+  }
+  client_.reset();
+  connected_ = false;
+}
+
+}  // namespace lightwell

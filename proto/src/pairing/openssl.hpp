@@ -1,0 +1,45 @@
+// Owners of OpenSSL's objects, and the few calls that more than one file makes.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <openssl/bio.h>
+#include <openssl/bn.h>
+#include <openssl/ec.h>
+#include <openssl/evp.h>
+#include <openssl/x509.h>
+
+namespace lightwell::pairing {
+
+template <auto Free>
+struct Freed {
+  template <class T>
+  void operator()(T* object) const {
+    Free(object);
+  }
+};
+
+using Bio = std::unique_ptr<BIO, Freed<BIO_free_all>>;
+using BigNumber = std::unique_ptr<BIGNUM, Freed<BN_clear_free>>;
+using BigNumberContext = std::unique_ptr<BN_CTX, Freed<BN_CTX_free>>;
+using Group = std::unique_ptr<EC_GROUP, Freed<EC_GROUP_free>>;
+using Point = std::unique_ptr<EC_POINT, Freed<EC_POINT_clear_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
+using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
+
+[[nodiscard]] inline const unsigned char* bytes_of(std::string_view text) {
+  return reinterpret_cast<const unsigned char*>(text.data());
+}
+[[nodiscard]] inline unsigned char* bytes_of(std::string& text) {
+  return reinterpret_cast<unsigned char*>(text.data());
+}
+
+/// RFC 5869 with SHA-256 and no salt. Empty where OpenSSL refuses.
+[[nodiscard]] std::string hkdf(std::string_view secret, std::string_view info, std::size_t length);
+/// RFC 2104 with SHA-256.
+[[nodiscard]] std::string hmac(std::string_view key, std::string_view message);
+
+}  // namespace lightwell::pairing

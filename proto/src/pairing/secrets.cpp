@@ -1,0 +1,136 @@
+#include <array>
+#include <cstdint>
+
+#include <openssl/core_names.h>
+#include <openssl/crypto.h>
+#include <openssl/hmac.h>
+#include <openssl/kdf.h>
+#include <openssl/params.h>
+#include <openssl/pem.h>
+#include <openssl/rand.h>
+#include <openssl/sha.h>
+
+#include <lightwell/secrets.hpp>
+
+#include "pairing/openssl.hpp"
+
+namespace lightwell {
+namespace pairing {
+
+std::string hkdf(std::string_view secret, std::string_view info, std::size_t length) {
+  using Kdf = std::unique_ptr<EVP_KDF, Freed<EVP_KDF_free>>;
+  using KdfContext = std::unique_ptr<EVP_KDF_CTX, Freed<EVP_KDF_CTX_free>>;
+  const Kdf kdf(EVP_KDF_fetch(nullptr, "HKDF", nullptr));
+  const KdfContext context(kdf ? EVP_KDF_CTX_new(kdf.get()) : nullptr);
+  if (!context) return {};
+  // OpenSSL takes what it only reads by pointers to what might be changed.
+  std::string digest = "SHA256", key(secret), label(info), out(length, '\0');
+  const std::array<OSSL_PARAM, 4> parameters = {
+      OSSL_PARAM_construct_utf8_string(OSSL_KDF_PARAM_DIGEST, digest.data(), 0),
+      OSSL_PARAM_construct_octet_string(OSSL_KDF_PARAM_KEY, key.data(), key.size()),
+      OSSL_PARAM_construct_octet_string(OSSL_KDF_PARAM_INFO, label.data(), label.size()), OSSL_PARAM_construct_end()};
+  const int done = EVP_KDF_derive(context.get(), bytes_of(out), out.size(), parameters.data());
+  OPENSSL_cleanse(key.data(), key.size());
+  return done == 1 ? out : std::string();
+}
+
+std::string hmac(std::string_view key, std::string_view message) {
+  std::string out(SHA256_DIGEST_LENGTH, '\0');
+  unsigned length = 0;
+  if (HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()), bytes_of(message), message.size(), bytes_of(out),
+           &length) == nullptr)
+    return {};
+  return out;
+}
+
+namespace {
+
+/// What a BIO in memory holds.
+std::string text_of(BIO* bio) {
+  char* data = nullptr;
+  const long size = BIO_get_mem_data(bio, &data);
+  return size > 0 ? std::string(data, static_cast<std::size_t>(size)) : std::string();
+}
+
+}  // namespace
+}  // namespace pairing
+
+Result<std::string> random_bytes(std::size_t count) {
+  std::string out(count, '\0');
+  if (RAND_priv_bytes(pairing::bytes_of(out), static_cast<int>(count)) != 1)
+    return Status(StatusCode::internal, "the system gives no random numbers");
+  return out;
+}
+
+Result<std::string> random_code() {
+  constexpr std::uint32_t kCodes = 1'000'000;
+  constexpr std::uint32_t kFair = UINT32_MAX - UINT32_MAX % kCodes;
+  for (;;) {
+    const Result<std::string> bytes = random_bytes(4);
+    if (!bytes) return bytes.status();
+    std::uint32_t value = 0;
+    for (const char c : *bytes) value = value << 8 | static_cast<unsigned char>(c);
+    // Beyond the last whole million some codes would come more often than others.
+    if (value >= kFair) continue;
+    std::string code = std::to_string(value % kCodes);
+    code.insert(0, 6 - code.size(), '0');
+    return code;
+  }
+}
+
+std::string sha256(std::string_view bytes) {
+  std::string out(SHA256_DIGEST_LENGTH, '\0');
+  SHA256(pairing::bytes_of(bytes), bytes.size(), pairing::bytes_of(out));
+  return out;
+}
+
+std::string to_hex(std::string_view bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string out;
+  out.reserve(2 * bytes.size());
+  for (const char c : bytes) {
+    const auto value = static_cast<unsigned char>(c);
+    out += kDigits[value >> 4];
+    out += kDigits[value & 15];
+  }
+  return out;
+}
+
+std::string to_base64url(std::string_view bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+  std::string out;
+  std::uint32_t bits = 0;
+  int held = 0;
+  for (const char c : bytes) {
+    bits = bits << 8 | static_cast<unsigned char>(c);
+    for (held += 8; held >= 6; held -= 6) out += kDigits[bits >> (held - 6) & 63];
+  }
+  if (held > 0) out += kDigits[bits << (6 - held) & 63];
+  return out;
+}
+
+bool same_secret(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+Result<KeyPair> KeyPair::make() {
+  const pairing::Key key(EVP_EC_gen("P-256"));
+  const pairing::Bio secret(BIO_new(BIO_s_secmem())), open(BIO_new(BIO_s_mem()));
+  if (!key || !secret || !open ||
+      PEM_write_bio_PKCS8PrivateKey(secret.get(), key.get(), nullptr, nullptr, 0, nullptr, nullptr) != 1 ||
+      PEM_write_bio_PUBKEY(open.get(), key.get()) != 1)
+    return Status(StatusCode::internal, "OpenSSL made no P-256 key");
+  return KeyPair{pairing::text_of(secret.get()), pairing::text_of(open.get())};
+}
+
+Result<std::string> certificate_digest(std::string_view pem) {
+  const pairing::Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
+  const pairing::Certificate certificate(bio ? PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr) : nullptr);
+  std::string out(SHA256_DIGEST_LENGTH, '\0');
+  unsigned length = 0;
+  if (!certificate || X509_digest(certificate.get(), EVP_sha256(), pairing::bytes_of(out), &length) != 1)
+    return Status(StatusCode::data_loss, "no certificate in PEM form");
+  return out;
+}
+
+}  // namespace lightwell

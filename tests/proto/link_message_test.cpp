@@ -1,0 +1,149 @@
+#include <gtest/gtest.h>
+
+#include <lightwell/framing.hpp>
+#include <lightwell/link_message.hpp>
+#include <limits>
+#include <random>
+
+#include "lightwell/v1/link_message.pb.h"
+#include "support/fake_commands.hpp"
+
+namespace lightwell {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+Bytes bytes_of(const v1::LinkRequest& m) {
+  Bytes out(m.ByteSizeLong());
+  m.SerializeToArray(out.data(), static_cast<int>(out.size()));
+  return out;
+}
+
+LinkResponse asked(std::span<const std::byte> request, Commands& commands) {
+  Bytes response;
+  const Status answered = answer_link_request(request, commands, response);
+  EXPECT_TRUE(answered.ok()) << answered.message();
+  EXPECT_LE(response.size(), kMaxLinkMessageBytes);
+  const Result<LinkResponse> out = decode_link_response(response);
+  EXPECT_TRUE(out.ok()) << out.status().message();
+  return out ? *out : LinkResponse{};
+}
+
+TEST(LinkMessage, InfoTellsWhoAndWhen) {
+  test::FakeCommands commands;
+  Bytes request;
+  encode_info_request(77, request);
+  const std::int64_t before = monotonic_now_ns();
+  const LinkResponse r = asked(request, commands);
+  EXPECT_EQ(r.id, 77U);
+  EXPECT_TRUE(r.status.ok());
+  ASSERT_TRUE(r.info);
+  EXPECT_EQ(r.info->status, commands.status());
+  EXPECT_GE(r.info->clock_now.ns, before);
+  EXPECT_LE(r.info->clock_now.ns, monotonic_now_ns());
+}
+
+TEST(LinkMessage, CommandsReachTheProbeAndItsRefusalsComeBack) {
+  test::FakeCommands commands;
+  Bytes request;
+  EstimatorConfig config;
+  config.band = 2;
+  encode_set_estimator_request(1, config, request);
+  EXPECT_TRUE(asked(request, commands).status.ok());
+  EXPECT_EQ(commands.estimator().band, 2);
+
+  config.band = 99;
+  encode_set_estimator_request(2, config, request);
+  const LinkResponse refused = asked(request, commands);
+  EXPECT_EQ(refused.id, 2U);
+  EXPECT_EQ(refused.status.code(), StatusCode::invalid_argument);
+  EXPECT_NE(refused.status.message().find("band"), std::string::npos);
+  EXPECT_EQ(commands.estimator().band, 2) << "a refused configuration changes nothing";
+
+  encode_report_lux_request(3, 400, {0, 5, 0}, request);
+  const LinkResponse lux = asked(request, commands);
+  ASSERT_TRUE(lux.scale);
+  EXPECT_EQ(*lux.scale, 800);
+  EXPECT_EQ(commands.lux_, 400);
+  EXPECT_EQ(commands.normal_.y, 1) << "normalised on the way";
+}
+
+TEST(LinkMessage, WhatMeansNothingIsRefusedWithTheReason) {
+  test::FakeCommands commands;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  Bytes request;
+  for (const double lux : {0.0, -1.0, kNan, kInf}) {
+    encode_report_lux_request(1, lux, {0, 1, 0}, request);
+    EXPECT_EQ(asked(request, commands).status.code(), StatusCode::invalid_argument) << lux;
+  }
+  for (const Vec3d normal : {Vec3d{0, 0, 0}, Vec3d{kNan, 0, 1}, Vec3d{kInf, 0, 0}}) {
+    encode_report_lux_request(1, 100, normal, request);
+    EXPECT_EQ(asked(request, commands).status.code(), StatusCode::invalid_argument);
+  }
+  EXPECT_FALSE(commands.lux_);
+
+  v1::LinkRequest nothing;
+  nothing.set_id(9);
+  EXPECT_EQ(asked(bytes_of(nothing), commands).status.code(), StatusCode::invalid_argument);
+  EXPECT_EQ(asked({}, commands).id, 0U) << "an empty message is a request that asks nothing";
+
+  v1::LinkRequest fixed;
+  fixed.mutable_set_config()->mutable_config()->mutable_estimator()->set_band(1);
+  fixed.mutable_set_config()->mutable_config()->mutable_usb_gadget()->set_ffs("/elsewhere");
+  fixed.mutable_set_config()->mutable_config()->mutable_camera()->set_uri("sim:city");
+  const LinkResponse refused = asked(bytes_of(fixed), commands);
+  EXPECT_EQ(refused.status.code(), StatusCode::failed_precondition);
+  EXPECT_NE(refused.status.message().find("camera, usb_gadget"), std::string::npos) << refused.status.message();
+  EXPECT_EQ(commands.estimator().band, 6);
+  fixed.mutable_set_config()->clear_config();
+  EXPECT_EQ(asked(bytes_of(fixed), commands).status.code(), StatusCode::invalid_argument);
+}
+
+TEST(LinkMessage, BytesThatAreNoMessageAreNeitherAnsweredNorBelieved) {
+  test::FakeCommands commands;
+  Bytes response;
+  const Bytes garbage(40, std::byte{0xFF});
+  EXPECT_EQ(answer_link_request(garbage, commands, response).code(), StatusCode::data_loss);
+  EXPECT_TRUE(response.empty());
+  EXPECT_EQ(decode_link_response(garbage).status().code(), StatusCode::data_loss);
+  const Bytes long_one(kMaxLinkMessageBytes + 1);
+  EXPECT_EQ(answer_link_request(long_one, commands, response).code(), StatusCode::data_loss);
+
+  // Truncated and flipped everywhere: some answer or none, but it ends.
+  std::mt19937 random(3);
+  Bytes request;
+  encode_set_estimator_request(4, {}, request);
+  for (int k = 0; k < 20'000; ++k) {
+    Bytes damaged = request;
+    damaged.resize(1 + random() % damaged.size());
+    damaged[random() % damaged.size()] ^= static_cast<std::byte>(1U << random() % 8);
+    if (answer_link_request(damaged, commands, response).ok()) {
+      EXPECT_TRUE(decode_link_response(response).ok());
+    }
+    EXPECT_TRUE(commands.estimator().validate().ok());
+  }
+}
+
+/// A camera whose name is endless.
+class Talkative final : public test::FakeCommands {
+ public:
+  StatusSnapshot status() const override {
+    StatusSnapshot s = FakeCommands::status();
+    s.camera.assign(100'000, 'x');
+    for (int i = 0; i < 50'000; ++i) s.probe_name += "é";
+    return s;
+  }
+};
+
+TEST(LinkMessage, AResponseKeepsItsLimitWhateverTheNames) {
+  Talkative commands;
+  Bytes request;
+  encode_info_request(1, request);
+  const LinkResponse r = asked(request, commands);
+  ASSERT_TRUE(r.info);
+  EXPECT_EQ(r.info->status.camera.size(), 1024U);
+  EXPECT_EQ(r.info->status.probe_name.size(), 1023U) << "five letters and 509 of two bytes: cut between two characters";
+}
+
+}  // namespace
+}  // namespace lightwell

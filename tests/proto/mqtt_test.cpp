@@ -1,0 +1,110 @@
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/mqtt.hpp>
+#include <lightwell/status_codec.hpp>
+
+#include "support/fake_commands.hpp"
+
+namespace lightwell {
+namespace {
+
+std::string parsed(std::string_view uri) {
+  const Result<MqttAddress> address = parse_mqtt_address(uri);
+  return address.ok() ? address->uri() : "refused: " + address.status().message();
+}
+
+std::span<const std::byte> bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
+
+TEST(MqttAddress, NamesABrokerAndATopic) {
+  EXPECT_EQ(parsed("mqtt://broker/venue/attic"), "mqtt://broker:1883/venue/attic");
+  EXPECT_EQ(parsed("mqtts://broker/venue/attic/"), "mqtts://broker:8883/venue/attic");
+  EXPECT_EQ(parsed("mqtt://10.0.0.7:2000/attic"), "mqtt://10.0.0.7:2000/attic");
+  EXPECT_EQ(parsed("mqtt://[fe80::1]:2000/a/b"), "mqtt://[fe80::1]:2000/a/b");
+  EXPECT_EQ(parse_mqtt_address("mqtt://[::1]/a")->host, "::1");
+  EXPECT_TRUE(parse_mqtt_address("mqtt://broker", MqttBase::optional).ok());
+}
+
+TEST(MqttAddress, ThatNamesNoSingleProbeIsRefusedWithTheRemedy) {
+  for (const char* bad :
+       {"", "mqtt://", "mqtt:///a", "mqtt://broker", "mqtt://broker/", "mqtt://broker:0/a", "mqtt://broker:70000/a",
+        "mqtt://broker:1883x/a", "mqtt://::1/a", "mqtt://[::1/a", "mqtt://[::1]x/a", "mqtt://broker/venue/+",
+        "mqtt://broker/#", "mqtt://broker/$SYS/a", "mqtt://broker//a", "mqtt://broker/a//b", "mqtt://broker/a\n",
+        "mqtt://bro ker/a", "http://broker/a"}) {
+    const Result<MqttAddress> address = parse_mqtt_address(bad);
+    ASSERT_FALSE(address.ok()) << bad;
+    EXPECT_EQ(address.status().code(), StatusCode::invalid_argument);
+    EXPECT_NE(address.status().message().find("mqtt://BROKER"), std::string::npos) << address.status().message();
+  }
+  EXPECT_FALSE(parse_mqtt_address("mqtt://broker/" + std::string(201, 'a')).ok());
+}
+
+TEST(MqttAddress, HoldsNoPassword) {
+  const std::string said = parsed("mqtt://ann:s3cret@broker/a");
+  EXPECT_NE(said.find("fields of their own"), std::string::npos) << said;
+}
+
+TEST(MqttTopics, AnAnswerGoesBelowTheProbesOwnReplyTopicAlone) {
+  const MqttTopics topics("venue/attic");
+  EXPECT_TRUE(is_reply_topic(topics, "venue/attic/clock/reply/0123abcd"));
+  for (const std::string bad :
+       {"", "venue/attic/status", "venue/attic/clock", "venue/attic/clock/reply", "venue/attic/clock/reply/",
+        "venue/attic/clock/reply/a/b", "venue/attic/clock/reply/+", "venue/attic/clock/reply/#",
+        "venue/attic/clock/reply/a b", "venue/cellar/clock/reply/a"})
+    EXPECT_FALSE(is_reply_topic(topics, bad)) << bad;
+  EXPECT_FALSE(is_reply_topic(topics, topics.replies + std::string(300, 'a')));
+}
+
+TEST(StatusMessage, CarriesWhatAProbeIsAndCounts) {
+  StatusSnapshot s = test::FakeCommands().status();
+  s.probe_id = 0xFFFFFFFF;
+  s.counters.frames = ~std::uint64_t{0};
+  const Result<StatusSnapshot> back = decode_status(bytes(encode_status(s)));
+  ASSERT_TRUE(back.ok()) << back.status().message();
+  EXPECT_EQ(*back, s);
+  s.T_world_probe.reset();
+  EXPECT_EQ(*decode_status(bytes(encode_status(s))), s);
+}
+
+TEST(StatusMessage, WithAMountingThatCannotBeKnowsNone) {
+  StatusSnapshot s = test::FakeCommands().status();
+  s.T_world_probe->pose.rotation = {0, 0, 0, 0};
+  const Result<StatusSnapshot> back = decode_status(bytes(encode_status(s)));
+  ASSERT_TRUE(back.ok()) << back.status().message();
+  EXPECT_FALSE(back->T_world_probe);
+}
+
+TEST(StatusMessage, OfAProbeThatHasGoneIsNoStatus) { EXPECT_FALSE(decode_status(bytes(kMqttGone)).ok()); }
+
+TEST(StatusMessage, CutOffAnywhereOrTooLongIsRefused) {
+  StatusSnapshot s;
+  s.probe_name = "attic";
+  s.version = "0.1.0";
+  s.camera = "sim:city";
+  const std::string whole = encode_status(s);
+  EXPECT_FALSE(decode_status({}).ok()) << "nobody has no name";
+  for (std::size_t n = 1; n < whole.size(); ++n) {
+    // Cut between two fields it is a shorter message; it never says anything else than what was sent.
+    const Result<StatusSnapshot> cut = decode_status(bytes(whole).first(n));
+    EXPECT_EQ(cut.ok() ? cut->probe_name : "attic", "attic") << n;
+  }
+  s.probe_name = std::string(65, 'a');
+  EXPECT_FALSE(decode_status(bytes(encode_status(s))).ok());
+  s.probe_name = "attic";
+  s.camera = std::string(257, 'a');
+  EXPECT_FALSE(decode_status(bytes(encode_status(s))).ok());
+}
+
+TEST(ClockMessage, IsAClockOrRefused) {
+  const Result<ProbeTime> clock = decode_clock(bytes(encode_clock({1'234'567'890'123})));
+  ASSERT_TRUE(clock.ok());
+  EXPECT_EQ(clock->ns, 1'234'567'890'123);
+  EXPECT_FALSE(decode_clock({}).ok());
+  EXPECT_FALSE(decode_clock(bytes(encode_clock({0}))).ok());
+  EXPECT_FALSE(decode_clock(bytes(encode_clock({-1}))).ok()) << "differences would leave the range";
+  EXPECT_FALSE(decode_clock(bytes(std::string_view("\x31\x01\x02", 3))).ok()) << "cut off";
+}
+
+}  // namespace
+}  // namespace lightwell
