@@ -6,15 +6,19 @@
 #include <ctime>
 #include <iostream>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/mounting.hpp>
 #include <optional>
 
 #include "app/backend_table.hpp"
 #include "app/log.hpp"
+#include "app/network.hpp"
 #include "app/pipeline.hpp"
 #include "app/service_manager.hpp"
 #include "camera/frame_recorder.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "link/access/exposure.hpp"
 #include "link/grpc/grpc_link.hpp"
+#include "link/usb_gadget/usb_gadget_link.hpp"
 
 namespace lightwell {
 namespace {
@@ -25,6 +29,7 @@ struct Parts {
   CameraInfo info;
   RigParameters rig;
   std::unique_ptr<Estimator> estimator;
+  std::optional<UncertainPose> mounting;
 };
 
 /// A calibration of another camera would refuse every frame: better said at once.
@@ -66,6 +71,11 @@ Result<Parts> make_parts(const Config& config) {
                   "--calibration");
   }
   if (Status s = check_fit(parts.rig, parts.info); !s.ok()) return s;
+  if (!config.mounting.empty()) {
+    const Result<UncertainPose> mounting = load_mounting(config.mounting);
+    if (!mounting) return mounting.status();
+    parts.mounting = *mounting;
+  }
   PanoramaOptions options;
   options.config = config.estimator;
   options.probe_id = identity_of(config.probe_name);
@@ -123,16 +133,21 @@ bool stop_signal_waits() {
   return sigismember(&waiting, SIGINT) == 1 || sigismember(&waiting, SIGTERM) == 1;
 }
 
-Status check_daemon(const Config& config) { return make_parts(config).status(); }
+Status check_daemon(const Config& config) {
+  if (const Status s = check_exposure(config.grpc); !s.ok()) return s;
+  return make_parts(config).status();
+}
 
 Status run_daemon(const Config& config) {
   Result<Parts> parts = make_parts(config);
   if (!parts) return parts.status();
 
   ProbeIdentity identity{config.probe_name, identity_of(config.probe_name), calibration_identity(parts->rig),
-                         std::string(kFirmwareVersion), parts->info.name};
+                         std::string(kFirmwareVersion), parts->info.name, parts->mounting};
   Pipeline pipeline(identity, std::move(parts->estimator), config.estimator, config.budget_ms);
-  pipeline.publisher().add(make_grpc_link(config.grpc_listen, pipeline));
+  pipeline.publisher().add(make_grpc_link(config.grpc, config.probe_name, pipeline));
+  if (config.usb_gadget) pipeline.publisher().add(make_usb_gadget_link(*config.usb_gadget, pipeline));
+  if (Status s = add_network_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 
   std::unique_ptr<FrameRecorder> recorder;
   if (!config.record_path.empty()) {
@@ -153,6 +168,7 @@ Status run_daemon(const Config& config) {
   for (const auto& link : pipeline.publisher().links())
     std::cout << "lightwelld: listening on " << link->address() << std::endl;
   notify_ready("looking");
+  NetworkWatch network(config, pipeline.status(), pipeline.publisher());
 
   std::string told_error;
   std::uint64_t told_faults = 0;
@@ -161,6 +177,7 @@ Status run_daemon(const Config& config) {
   while (!stop_asked()) {
     const StatusSnapshot status = pipeline.status();
     notify_status(one_line(status));
+    network.look();
     if (const std::string e = pipeline.last_error(); e != told_error) {
       log_error(e);
       told_error = e;

@@ -4,10 +4,12 @@
 #include <iostream>
 #include <istream>
 #include <lightwell/config.hpp>
+#include <map>
 
 #include "app/backend_table.hpp"
 #include "app/daemon.hpp"
 #include "app/log.hpp"
+#include "app/pairing.hpp"
 
 namespace {
 
@@ -26,6 +28,18 @@ std::istream& operator>>(std::istream& in, Size& size) {
   return in;
 }
 
+const std::map<std::string, lightwell::LinkSecurity>& securities() {
+  static const std::map<std::string, lightwell::LinkSecurity> names = {{"plain", lightwell::LinkSecurity::plain},
+                                                                       {"tls", lightwell::LinkSecurity::tls},
+                                                                       {"mutual-tls", lightwell::LinkSecurity::mutual_tls}};
+  return names;
+}
+
+/// A path in the file is meant from where the file is.
+void make_absolute(std::string& path, const std::string& config_path) {
+  if (!path.empty()) path = (std::filesystem::path(config_path).parent_path() / path).string();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -40,18 +54,22 @@ int main(int argc, char** argv) {
       "  lightwelld --camera 'sim:night?sensor=rgb8' --exposure-s 0.001 --exposure-s 0.02 --exposure-s 0.4\n"
       "  lightwelld --config /etc/lightwell/probe.textproto  everything from a file\n"
       "  lightwelld --camera sim:city --budget-ms 3          cheaper settings under load, richer ones when there is room\n"
+      "  lightwelld --camera sim:city --listen '[::]:7420' --security tls   for the network, to clients that were paired\n"
+      "  lightwelld --pair --listen '[::]:7420' --security tls              beside it: lets one client be paired, then ends\n"
       "  lightwell watch grpc://127.0.0.1:7420               what a client sees\n"
       "Fields of the file: proto/lightwell/v1/config.proto. Options here win over the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
-  std::string config_path, camera, calibration, listen, record, name;
+  std::string config_path, camera, calibration, mounting, listen, mqtt, record, name, keys, pair_listen;
+  lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified;
   Size size;
   double frame_rate = -1;
   double budget_ms = -1;
   std::vector<double> exposures;
-  bool list_cameras = false, check = false;
+  bool announce = false, list_cameras = false, check = false, pair = false;
   app.add_option("--config", config_path, "Configuration in protobuf text format");
   app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
   app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
+  app.add_option("--mounting", mounting, "Where the probe hangs, as lightwell-calibrate mounting wrote it: clients are told");
   app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
   app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]")->check(CLI::NonNegativeNumber);
   app.add_option("--exposure-s", exposures, "Exposure in seconds; several make a bracket")->allow_extra_args(false);
@@ -60,6 +78,16 @@ int main(int argc, char** argv) {
                  "longer. 0 for none [0]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--listen", listen, "Address of the gRPC link, HOST:PORT; port 0 takes any [127.0.0.1:7420]");
+  app.add_option("--security", security,
+                 "plain (anyone may ask), tls (a token or a certificate), mutual-tls (a certificate) [plain on a loopback "
+                 "address, else it must be said]")
+      ->transform(CLI::CheckedTransformer(securities()));
+  app.add_option("--keys", keys, "Folder of the probe's keys and of the list of its clients [the state folder]");
+  app.add_flag("--pair", pair,
+               "Let one client be paired: show a code, wait two minutes, exit. The probe itself may be running meanwhile");
+  app.add_option("--pair-listen", pair_listen, "Address for pairing, HOST:PORT [the host of --listen, port 7421]");
+  app.add_option("--mqtt", mqtt, "Publish at an MQTT broker, too: mqtt://BROKER:1883/venue/probe; files for TLS: --config");
+  app.add_flag("--announce", announce, "Let `lightwell discover` find this probe (mDNS)");
   app.add_option("--record", record, "Record frames with metadata to this file");
   app.add_option("--name", name, "Name of the probe [lightwell]");
   app.add_flag("--cameras", list_cameras, "List the camera backends of this build and exit");
@@ -77,18 +105,24 @@ int main(int argc, char** argv) {
   }
   lightwell::Config config;
   if (!config_path.empty()) {
-    lightwell::Result<lightwell::Config> loaded = lightwell::load_config(config_path, camera);
+    lightwell::Result<lightwell::Config> loaded =
+        lightwell::load_config(config_path, pair && camera.empty() ? "none" : camera);
     if (!loaded) {
       lightwell::log_error(loaded.status().message());
       return kFailed;
     }
     config = std::move(*loaded);
-    // A path in the file is meant from where the file is.
-    if (!config.calibration.empty())
-      config.calibration = (std::filesystem::path(config_path).parent_path() / config.calibration).string();
+    for (std::string* path : {&config.calibration, &config.mounting, &config.grpc.keys, &config.grpc.certificate,
+                              &config.grpc.key, &config.grpc.client_ca})
+      make_absolute(*path, config_path);
+    if (config.mqtt)
+      for (std::string* path :
+           {&config.mqtt->ca_file, &config.mqtt->certificate_file, &config.mqtt->key_file, &config.mqtt->login_file})
+        make_absolute(*path, config_path);
   }
   if (!camera.empty()) config.camera.uri = camera;
   if (!calibration.empty()) config.calibration = calibration;
+  if (!mounting.empty()) config.mounting = mounting;
   if (size.width != 0) {
     config.camera.width = size.width;
     config.camera.height = size.height;
@@ -96,18 +130,27 @@ int main(int argc, char** argv) {
   if (frame_rate >= 0) config.camera.frame_rate = frame_rate;
   if (!exposures.empty()) config.camera.exposure_s = exposures;
   if (budget_ms >= 0) config.budget_ms = budget_ms;
-  if (!listen.empty()) config.grpc_listen = listen;
+  if (!listen.empty()) config.grpc.listen = listen;
+  if (security != lightwell::LinkSecurity::unspecified) config.grpc.security = security;
+  if (!keys.empty()) config.grpc.keys = keys;
+  if (!mqtt.empty() && !config.mqtt) config.mqtt.emplace();
+  if (!mqtt.empty()) config.mqtt->uri = mqtt;
+  if (announce) config.mdns = lightwell::Mdns::on;
   if (!record.empty()) config.record_path = record;
   if (!name.empty()) config.probe_name = name;
+  // Pairing takes no pictures.
+  if (pair && config.camera.uri.empty()) config.camera.uri = "none";
   if (const lightwell::Status s = config.validate(); !s.ok()) {
     lightwell::log_error(s.message());
     return kUsage;
   }
-  const lightwell::Status done = check ? lightwell::check_daemon(config) : lightwell::run_daemon(config);
+  const lightwell::Status done = pair    ? lightwell::run_pairing(config, pair_listen)
+                                 : check ? lightwell::check_daemon(config)
+                                         : lightwell::run_daemon(config);
   if (!done.ok()) {
     lightwell::log_error(done.message());
     return kFailed;
   }
-  if (check) std::cout << "lightwelld: all is well\n";
+  if (check && !pair) std::cout << "lightwelld: all is well\n";
   return kOk;
 }

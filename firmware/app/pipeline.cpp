@@ -117,6 +117,7 @@ StatusSnapshot Pipeline::status() const {
   s.calibration_id = identity_.calibration_id;
   s.version = identity_.version;
   s.camera = identity_.camera;
+  s.T_world_probe = identity_.T_world_probe;
   const BracketSlot::Counts slot = slot_.counts();
   const LinkCounters links = publisher_.counters();
   s.counters.frames = slot.frames;
@@ -127,6 +128,8 @@ StatusSnapshot Pipeline::status() const {
   s.counters.estimates_failed = failed_.load(std::memory_order_acquire);
   s.counters.descriptors_coalesced = links.coalesced;
   s.counters.clients = links.clients;
+  s.counters.messages_refused = links.messages_refused;
+  s.counters.authentication_failures = links.authentication_failures;
   {
     const std::lock_guard lock(mutex_);
     s.counters.setting_moves = governed_.moves;

@@ -21,6 +21,7 @@ struct ProbeIdentity {
   std::string name;
   std::uint32_t probe_id = 0, calibration_id = 0;
   std::string version, camera;
+  std::optional<UncertainPose> T_world_probe{};  ///< Where it hangs, where it knows.
 };
 
 class Pipeline final : public Commands {

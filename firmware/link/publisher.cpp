@@ -34,6 +34,8 @@ LinkCounters Publisher::counters() const {
     const LinkCounters c = link->counters();
     sum.clients += c.clients;
     sum.coalesced += c.coalesced;
+    sum.messages_refused += c.messages_refused;
+    sum.authentication_failures += c.authentication_failures;
   }
   return sum;
 }

@@ -1,7 +1,6 @@
 #include "firmware/link/client.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <span>
 
 namespace lightwell::test {
@@ -29,24 +28,30 @@ std::chrono::system_clock::time_point after(std::chrono::milliseconds patience) 
 
 }  // namespace
 
-std::string host_port(const Link& link) { return link.address().substr(std::strlen("grpc://")); }
+std::string host_port(const Link& link) {
+  return link.address().substr(link.address().find("://") + 3);
+}
 
-std::shared_ptr<grpc::Channel> connect(const Link& link) {
+std::shared_ptr<grpc::Channel> connect(
+    const Link& link, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   grpc::ChannelArguments arguments;
+  // Of every probe's own certificate; nothing to those that use no TLS.
+  arguments.SetSslTargetNameOverride("probe.lightwell.internal");
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   // As the SDK: no more than this is taken for a client that does not read. gRPC's default is 16
   // MiB.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 8192);
-  return grpc::CreateCustomChannel(host_port(link), grpc::InsecureChannelCredentials(), arguments);
+  return grpc::CreateCustomChannel(host_port(link), credentials, arguments);
 }
 
 Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-           const std::string& request) {
+           const std::string& request, const std::string& authorization) {
   grpc::GenericStub stub(channel);
   grpc::CompletionQueue queue;
   grpc::ClientContext context;
   context.set_deadline(after(kPatience));
+  if (!authorization.empty()) context.AddMetadata("authorization", authorization);
   const grpc::ByteBuffer sent = buffer_of(request);
   grpc::ByteBuffer came;
   Reply reply;

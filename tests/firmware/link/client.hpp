@@ -17,7 +17,9 @@
 namespace lightwell::test {
 
 /// A connection of its own: gRPC would let channels to one address share one.
-[[nodiscard]] std::shared_ptr<grpc::Channel> connect(const Link& link);
+[[nodiscard]] std::shared_ptr<grpc::Channel> connect(
+    const Link& link, const std::shared_ptr<grpc::ChannelCredentials>& credentials =
+                          grpc::InsecureChannelCredentials());
 
 /// "127.0.0.1:7420" of a link's address.
 [[nodiscard]] std::string host_port(const Link& link);
@@ -29,7 +31,7 @@ struct Reply {
 
 /// A unary call, "/lightwell.v1.ProbeService/Info". Waits at most kPatience.
 [[nodiscard]] Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                         const std::string& request);
+                         const std::string& request, const std::string& authorization = {});
 
 /// A call whose answer is a stream. One thread.
 class RawStream {

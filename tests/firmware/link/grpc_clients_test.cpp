@@ -9,6 +9,7 @@
 
 #include "firmware/link/probe_server.hpp"
 #include "support/child.hpp"
+#include "support/loopback.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -89,11 +90,7 @@ class Intruder {
  public:
   Intruder(const Link& link, const std::string& bytes) {
     const std::string address = host_port(link);
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port =
-        htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const sockaddr_in to = loopback(std::stoi(address.substr(address.rfind(':') + 1)));
     EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
     ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }

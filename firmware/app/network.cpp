@@ -1,0 +1,81 @@
+#include "app/network.hpp"
+
+#include <lightwell/advertisement.hpp>
+#include <lightwell/codec.hpp>
+#include <lightwell/time.hpp>
+
+#include "app/log.hpp"
+#ifdef LIGHTWELL_HAVE_LINK_MQTT
+#include "link/mqtt/mqtt_link.hpp"
+#endif
+#ifdef LIGHTWELL_HAVE_DISCOVERY
+#include "link/discovery/advertiser.hpp"
+#endif
+
+namespace lightwell {
+#ifndef LIGHTWELL_HAVE_DISCOVERY
+class Advertiser {};
+#endif
+
+Status add_network_links(const Config& config, [[maybe_unused]] Commands& commands,
+                         [[maybe_unused]] Publisher& publisher) {
+  if (config.mqtt) {
+#ifdef LIGHTWELL_HAVE_LINK_MQTT
+    publisher.add(make_mqtt_link(*config.mqtt, config.probe_name, commands));
+#else
+    return {StatusCode::failed_precondition,
+            "mqtt: this lightwelld was built without MQTT; install libmosquitto-dev and build it again, or leave "
+            "`mqtt` out"};
+#endif
+  }
+#ifndef LIGHTWELL_HAVE_DISCOVERY
+  if (config.mdns == Mdns::on)
+    return {
+        StatusCode::failed_precondition,
+        "discovery: this lightwelld was built without Avahi; install libavahi-client-dev and build it again, or leave "
+        "`discovery` out"};
+#endif
+  return {};
+}
+
+NetworkWatch::NetworkWatch(const Config& config, [[maybe_unused]] const StatusSnapshot& status,
+                           const Publisher& publisher)
+    : publisher_(publisher) {
+  if (config.mdns != Mdns::on) return;
+#ifdef LIGHTWELL_HAVE_DISCOVERY
+  Advertisement a{status.probe_name, status.probe_id, status.calibration_id, status.version, kWireVersion, {}};
+  for (const auto& link : publisher.links())
+    if (AdvertisedLink shown = advertised_link(link->address()); !shown.uri.empty())
+      a.links.push_back(std::move(shown));
+  advertiser_ = std::make_unique<Advertiser>(a);
+  // The name that it got is worth a line.
+  told_["discovery"] = "nothing said yet";
+#endif
+}
+
+NetworkWatch::~NetworkWatch() = default;
+
+void NetworkWatch::tell(const std::string& what, const std::string& trouble, const std::string& good) {
+  std::string& told = told_[what];
+  if (told == trouble) return;
+  told = trouble;
+  trouble.empty() ? log_info(what + ": " + good) : log_error(what + ": " + trouble + "; it is tried again");
+}
+
+void NetworkWatch::look() {
+  for (const auto& link : publisher_.links()) tell(link->address(), link->trouble(), "connected");
+#ifdef LIGHTWELL_HAVE_DISCOVERY
+  if (advertiser_) tell("discovery", advertiser_->trouble(), "announced as '" + advertiser_->announced_as() + "'");
+#endif
+  // Somebody who sends nonsense does not fill the log as well.
+  constexpr std::int64_t kMinute = 60'000'000'000;
+  const std::uint64_t refused = publisher_.counters().messages_refused;
+  const std::int64_t now = monotonic_now_ns();
+  if (refused == told_refused_ || (told_refused_ns_ != 0 && now - told_refused_ns_ < kMinute)) return;
+  log_error(std::to_string(refused) +
+            " messages from outside have been refused: malformed, not for this probe, or too many");
+  told_refused_ = refused;
+  told_refused_ns_ = now;
+}
+
+}  // namespace lightwell

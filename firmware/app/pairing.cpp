@@ -1,0 +1,71 @@
+#include "app/pairing.hpp"
+
+#include <charconv>
+#include <chrono>
+#include <ctime>
+#include <iostream>
+#include <memory>
+
+#include <lightwell/pairing.hpp>
+
+#include "app/daemon.hpp"
+#include "app/log.hpp"
+#include "link/access/probe_keys.hpp"
+#include "link/grpc/pairing_window.hpp"
+
+namespace lightwell {
+namespace {
+
+/// What stands behind the last colon; 0 where that is no number.
+int port_of(const std::string& listen) {
+  int port = 0;
+  const char* const end = listen.data() + listen.size();
+  std::from_chars(listen.data() + listen.rfind(':') + 1, end, port);
+  return port;
+}
+
+Status status_of(PairingOutcome outcome, const PairingWindow& window) {
+  switch (outcome) {
+    case PairingOutcome::paired:
+      return {};
+    case PairingOutcome::guessed:
+      return {StatusCode::unavailable,
+              "three wrong codes came and the window is closed: if you typed none of them, somebody on the network "
+              "guesses"};
+    case PairingOutcome::open:
+    case PairingOutcome::timed_out:
+      break;
+  }
+  return {StatusCode::unavailable,
+          "nobody was paired (" + std::to_string(window.wrong_codes()) + " wrong codes); start again for a new code"};
+}
+
+}  // namespace
+
+Status run_pairing(const Config& config, const std::string& listen) {
+  if (!config.grpc.encrypted())
+    return {StatusCode::failed_precondition,
+            "pairing is for a probe that encrypts: set grpc.security to LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS, "
+            "or say "
+            "--security tls"};
+  const Result<ProbeKeys> keys = load_probe_keys(config.grpc, config.probe_name, std::time(nullptr));
+  if (!keys) return keys.status();
+  PairingWindowOptions options;
+  options.listen = listen.empty() ? config.grpc.listen.substr(0, config.grpc.listen.rfind(':')) + ":" +
+                                        std::to_string(kDefaultPairingPort)
+                                  : listen;
+  options.probe_name = config.probe_name;
+  options.port = port_of(config.grpc.listen);
+  options.days = config.grpc.paired_days;
+  const Result<std::unique_ptr<PairingWindow>> opened = PairingWindow::open(options, *keys);
+  if (!opened) return opened.status();
+  PairingWindow& window = **opened;
+  std::cout << "lightwelld: pairing on " << window.address() << " for " << options.open_for.count() << " s, code "
+            << window.code() << std::endl;
+  PairingOutcome outcome = PairingOutcome::open;
+  while (outcome == PairingOutcome::open && !stop_signal_waits()) outcome = window.wait(std::chrono::milliseconds(100));
+  if (outcome == PairingOutcome::paired) log_info("paired with " + window.client_name());
+  return status_of(outcome, window);
+}
+
+}  // namespace lightwell

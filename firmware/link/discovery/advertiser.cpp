@@ -1,0 +1,214 @@
+#include "link/discovery/advertiser.hpp"
+
+#include <atomic>
+#include <charconv>
+#include <mutex>
+#include <thread>
+
+#include <avahi-client/client.h>
+#include <avahi-client/publish.h>
+#include <avahi-common/alternative.h>
+#include <avahi-common/error.h>
+#include <avahi-common/malloc.h>
+#include <avahi-common/simple-watch.h>
+
+#include <lightwell/time.hpp>
+
+namespace lightwell {
+namespace {
+
+constexpr std::int64_t kRetryNs = 1'000'000'000;
+constexpr int kTurnMs = 200;
+/// More colliding probes in one room than this are a fault of somebody else.
+constexpr int kMaxRenames = 100;
+/// Of the service record where no link listens on this machine: the discard service's.
+constexpr std::uint16_t kNoPort = 9;
+
+/// Of the first link that listens here.
+std::uint16_t port_of(const Advertisement& a) {
+  for (const AdvertisedLink& link : a.links) {
+    const std::size_t at = link.uri.find("://:");
+    if (at == std::string::npos) continue;
+    std::uint16_t port = 0;
+    std::from_chars(link.uri.data() + at + 4, link.uri.data() + link.uri.size(), port);
+    if (port != 0) return port;
+  }
+  return kNoPort;
+}
+
+/// A label of DNS has 63 bytes; a character of several is not cut.
+std::string instance_name(std::string name) {
+  constexpr std::size_t kMaxLabel = 63;
+  if (name.size() <= kMaxLabel) return name;
+  std::size_t end = kMaxLabel;
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) --end;
+  name.resize(end);
+  return name;
+}
+
+}  // namespace
+
+class Advertiser::Worker {
+ public:
+  explicit Worker(const Advertisement& advertisement)
+      : instance_(instance_name(advertisement.name)), port_(port_of(advertisement)), poll_(avahi_simple_poll_new()) {
+    for (const std::string& entry : advertisement_to_txt(advertisement)) {
+      AvahiStringList* longer = avahi_string_list_add(txt_, entry.c_str());
+      if (longer != nullptr) txt_ = longer;
+    }
+    txt_ = avahi_string_list_reverse(txt_);
+    if (poll_ != nullptr) thread_ = std::thread([this] { run(); });
+  }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+  ~Worker() {
+    stopping_ = true;
+    if (thread_.joinable()) {
+      avahi_simple_poll_wakeup(poll_);
+      thread_.join();
+    }
+    avahi_string_list_free(txt_);
+    if (poll_ != nullptr) avahi_simple_poll_free(poll_);
+  }
+
+  [[nodiscard]] std::string announced_as() const {
+    const std::lock_guard lock(mutex_);
+    return announced_;
+  }
+  [[nodiscard]] std::string trouble() const {
+    const std::lock_guard lock(mutex_);
+    return trouble_;
+  }
+
+ private:
+  void run() {
+    while (!stopping_) {
+      if (client_ == nullptr && monotonic_now_ns() >= next_try_ns_) connect();
+      // Sleeps in slices, so that a retry is on time; wakes at once for the daemon.
+      if (avahi_simple_poll_iterate(poll_, kTurnMs) != 0) client_failed_ = true;
+      if (client_failed_) disconnect();
+      if (rename_) {
+        rename_ = false;
+        take_another_name();
+      }
+    }
+    disconnect();
+  }
+
+  /// NO_FAIL: where the bus is there and the daemon is not, Avahi waits for it. Where the bus is not there, we do.
+  void connect() {
+    int error = 0;
+    next_try_ns_ = monotonic_now_ns() + kRetryNs;
+    AvahiClient* const made =
+        avahi_client_new(avahi_simple_poll_get(poll_), AVAHI_CLIENT_NO_FAIL, on_client, this, &error);
+    // The callback has run already, with the client that is about to be returned.
+    client_ = made;
+    if (made == nullptr) group_ = nullptr;
+    if (made == nullptr) set_trouble(std::string("no connection to avahi-daemon: ") + avahi_strerror(error));
+  }
+
+  void disconnect() {
+    client_failed_ = false;
+    if (client_ != nullptr) avahi_client_free(client_);  // frees the group, too
+    client_ = nullptr;
+    group_ = nullptr;
+  }
+
+  static void on_client(AvahiClient* client, AvahiClientState state, void* data) {
+    auto& self = *static_cast<Worker*>(data);
+    self.client_ = client;
+    switch (state) {
+      case AVAHI_CLIENT_S_RUNNING:
+        self.publish();
+        break;
+      case AVAHI_CLIENT_S_COLLISION:
+      case AVAHI_CLIENT_S_REGISTERING:
+        // The host's own name changes: what was published under it is published anew when it is settled.
+        if (self.group_ != nullptr) avahi_entry_group_reset(self.group_);
+        self.set_trouble("avahi-daemon is settling this machine's name");
+        break;
+      case AVAHI_CLIENT_CONNECTING:
+        self.set_trouble("avahi-daemon is not running");
+        break;
+      case AVAHI_CLIENT_FAILURE:
+        self.set_trouble(std::string("avahi-daemon went away: ") + avahi_strerror(avahi_client_errno(client)));
+        self.client_failed_ = true;
+        break;
+    }
+  }
+
+  static void on_group(AvahiEntryGroup* group, AvahiEntryGroupState state, void* data) {
+    auto& self = *static_cast<Worker*>(data);
+    self.group_ = group;
+    if (state == AVAHI_ENTRY_GROUP_ESTABLISHED) {
+      const std::lock_guard lock(self.mutex_);
+      self.announced_ = self.instance_;
+      self.trouble_.clear();
+    } else if (state == AVAHI_ENTRY_GROUP_COLLISION) {
+      self.rename_ = true;
+    } else if (state == AVAHI_ENTRY_GROUP_FAILURE) {
+      self.set_trouble(std::string("avahi-daemon refused: ") + avahi_strerror(avahi_client_errno(self.client_)));
+      self.client_failed_ = true;
+    }
+  }
+
+  void publish() {
+    if (group_ == nullptr) group_ = avahi_entry_group_new(client_, on_group, this);
+    if (group_ == nullptr) {
+      client_failed_ = true;
+      return;
+    }
+    if (!avahi_entry_group_is_empty(group_)) return;
+    int rc =
+        avahi_entry_group_add_service_strlst(group_, AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC, AvahiPublishFlags{},
+                                             instance_.c_str(), kServiceType.data(), nullptr, nullptr, port_, txt_);
+    if (rc == AVAHI_ERR_COLLISION) {
+      // Another service of this very daemon.
+      rename_ = true;
+      return;
+    }
+    if (rc == 0) rc = avahi_entry_group_commit(group_);
+    if (rc == 0) return;
+    set_trouble(std::string("avahi-daemon refused: ") + avahi_strerror(rc));
+    client_failed_ = true;
+    next_try_ns_ = monotonic_now_ns() + kRetryNs;
+  }
+
+  void take_another_name() {
+    if (client_ == nullptr || ++renames_ > kMaxRenames) return;
+    char* const other = avahi_alternative_service_name(instance_.c_str());
+    instance_ = other;
+    avahi_free(other);
+    if (group_ != nullptr) avahi_entry_group_reset(group_);
+    publish();
+  }
+
+  void set_trouble(const std::string& trouble) {
+    const std::lock_guard lock(mutex_);
+    announced_.clear();
+    trouble_ = trouble;
+  }
+
+  // The thread's own.
+  std::string instance_;
+  const std::uint16_t port_;
+  AvahiStringList* txt_ = nullptr;
+  AvahiSimplePoll* const poll_;
+  AvahiClient* client_ = nullptr;
+  AvahiEntryGroup* group_ = nullptr;
+  std::int64_t next_try_ns_ = 0;
+  bool client_failed_ = false, rename_ = false;
+  int renames_ = 0;
+
+  std::atomic<bool> stopping_{false};
+  mutable std::mutex mutex_;
+  std::string announced_, trouble_ = "not announced yet";
+  std::thread thread_;
+};
+
+Advertiser::Advertiser(const Advertisement& advertisement) : worker_(std::make_unique<Worker>(advertisement)) {}
+Advertiser::~Advertiser() = default;
+std::string Advertiser::announced_as() const { return worker_->announced_as(); }
+std::string Advertiser::trouble() const { return worker_->trouble(); }
+
+}  // namespace lightwell

@@ -1,0 +1,118 @@
+#include "link/grpc/probe_service.hpp"
+
+#include <string>
+#include <vector>
+
+#include "link/grpc/rpc_status.hpp"
+
+namespace lightwell {
+
+/// Reads its one request, then is what the method makes of it.
+class ProbeService::Call final : public ByteCall {
+ public:
+  Call(ProbeService& service, Method method) : ByteCall(service.streams_), service_(service), method_(method) {
+    StartRead(&request_);
+  }
+
+  void OnReadDone(bool came) override {
+    const Result<std::string> bytes = service_.whole(came, request_);
+    request_.Clear();
+    if (bytes)
+      (service_.*method_)(*bytes, *this);
+    else
+      finish(rpc_status(bytes.status()));
+  }
+
+ private:
+  ProbeService& service_;
+  const Method method_;
+  grpc::ByteBuffer request_;
+};
+
+ProbeService::ProbeService(Commands& commands) : commands_(commands) {
+  add("/lightwell.v1.ProbeService/Info", &ProbeService::info);
+  add("/lightwell.v1.ProbeService/StreamDescriptors", &ProbeService::stream_descriptors);
+  add("/lightwell.v1.ProbeService/GetDescriptor", &ProbeService::get_descriptor);
+  add("/lightwell.v1.ProbeService/SetConfig", &ProbeService::set_config);
+  add("/lightwell.v1.ProbeService/ReportLux", &ProbeService::report_lux);
+}
+
+void ProbeService::add(const char* path, Method method) {
+  // As the code that protoc's plug-in makes for a method with a stream either way.
+  AddMethod(new grpc::internal::RpcServiceMethod(path, grpc::internal::RpcMethod::BIDI_STREAMING, nullptr));
+  MarkMethodRawCallback(methods_++,
+                        new grpc::internal::CallbackBidiHandler<grpc::ByteBuffer, grpc::ByteBuffer>(
+                            [this, method](grpc::CallbackServerContext*) { return new Call(*this, method); }));
+}
+
+Result<std::string> ProbeService::whole(bool came, const grpc::ByteBuffer& bytes) {
+  const std::size_t size = came ? bytes.Length() : 0;
+  std::string text;
+  std::vector<grpc::Slice> slices;
+  if (came && size <= kMaxRequestBytes && bytes.Dump(&slices).ok()) {
+    for (const grpc::Slice& s : slices) text.append(reinterpret_cast<const char*>(s.begin()), s.size());
+    return text;
+  }
+  refused_.fetch_add(1, std::memory_order_relaxed);
+  return Status(StatusCode::resource_exhausted, "the request is too large or did not come whole; the largest has " +
+                                                    std::to_string(kMaxRequestBytes) + " bytes");
+}
+
+template <class Request>
+bool ProbeService::read(const std::string& bytes, Request& request, ByteCall& call) {
+  if (request.ParseFromString(bytes)) return true;
+  refuse("the request is no message of proto/lightwell/v1/probe_service.proto", call);
+  return false;
+}
+
+void ProbeService::publish(const EncodedDescriptor& descriptor) {
+  const grpc::Slice slice(descriptor->data(), descriptor->size());
+  const grpc::ByteBuffer buffer(&slice, 1);
+  {
+    const std::lock_guard lock(newest_mutex_);
+    newest_ = buffer;
+  }
+  streams_.publish(buffer);
+}
+
+LinkCounters ProbeService::counters() const {
+  LinkCounters c = streams_.counters();
+  c.messages_refused = refused_.load(std::memory_order_relaxed);
+  return c;
+}
+
+void ProbeService::stream_descriptors(const std::string& bytes, ByteCall& call) {
+  v1::StreamDescriptorsRequest request;
+  if (read(bytes, request, call)) call.follow();
+}
+
+void ProbeService::get_descriptor(const std::string& bytes, ByteCall& call) {
+  v1::GetDescriptorRequest request;
+  if (!read(bytes, request, call)) return;
+  const std::lock_guard lock(newest_mutex_);
+  if (newest_)
+    call.answer(*newest_);
+  else
+    call.finish({grpc::StatusCode::UNAVAILABLE, "no descriptor yet: the camera has not given a frame"});
+}
+
+void ProbeService::answer(ProbeCall which, const std::string& bytes, ByteCall& call) {
+  const Result<std::string> response = answer_probe_call(which, bytes, commands_);
+  if (response) {
+    const grpc::Slice slice(*response);
+    return call.answer(grpc::ByteBuffer(&slice, 1));
+  }
+  if (response.status().code() == StatusCode::data_loss) return refuse(response.status().message(), call);
+  call.finish(rpc_status(response.status()));
+}
+
+void ProbeService::refuse(const std::string& why, ByteCall& call) {
+  refused_.fetch_add(1, std::memory_order_relaxed);
+  call.finish({grpc::StatusCode::INVALID_ARGUMENT, why});
+}
+
+void ProbeService::info(const std::string& bytes, ByteCall& call) { answer(ProbeCall::info, bytes, call); }
+void ProbeService::set_config(const std::string& bytes, ByteCall& call) { answer(ProbeCall::set_config, bytes, call); }
+void ProbeService::report_lux(const std::string& bytes, ByteCall& call) { answer(ProbeCall::report_lux, bytes, call); }
+
+}  // namespace lightwell

@@ -1,0 +1,251 @@
+#include "link/mqtt/mqtt_link.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <fstream>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include <lightwell/mqtt_session.hpp>
+#include <lightwell/status_codec.hpp>
+#include <lightwell/time.hpp>
+
+
+namespace lightwell {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::int64_t kStatusPeriod = kSecond;
+/// A thousand clients that come at once have their first round trip within two seconds; a flood costs no more than
+/// this.
+constexpr double kClockAnswersPerSecond = 500;
+
+/// What is left of so many a second. One thread.
+class Allowance {
+ public:
+  [[nodiscard]] bool take(std::int64_t now_ns) {
+    left_ = std::min(kClockAnswersPerSecond,
+                     left_ + static_cast<double>(now_ns - last_ns_) * 1e-9 * kClockAnswersPerSecond);
+    last_ns_ = now_ns;
+    if (left_ < 1) return false;
+    left_ -= 1;
+    return true;
+  }
+
+ private:
+  double left_ = kClockAnswersPerSecond;
+  std::int64_t last_ns_ = monotonic_now_ns();
+};
+
+/// All that the thread uses. It may outlive the link by as long as the system's resolver takes to give a name up.
+class Worker {
+ public:
+  Worker(const MqttAddress& address, MqttLogin login, Commands& commands)
+      : topics_(address.base), commands_(commands), session_(options_for(address, std::move(login))) {}
+
+  void run() {
+    while (!stopping_) {
+      // Nothing is due while the broker takes nothing.
+      session_.turn({session_.idle() ? next_status_ns_ - monotonic_now_ns() : kSecond});
+      if (stopping_) break;
+      if (session_.idle()) send();
+    }
+    // What is stale the moment it is said comes before nothing at all: "gone" takes the place of the status.
+    if (session_.connected()) session_.publish(topics_.status, std::as_bytes(std::span(kMqttGone)), true);
+    session_.close(Duration{kSecond / 2});
+    set_trouble("stopped");
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    changed_.notify_all();
+  }
+
+  void publish(const EncodedDescriptor& descriptor) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (next_) ++counters_.coalesced;
+      next_ = descriptor;
+    }
+    session_.wake();
+  }
+
+  /// True where the thread ends soon, false where it is in the resolver, behind which it sees that it was stopped
+  /// before it asks the probe for anything.
+  [[nodiscard]] bool stop() {
+    stopping_ = true;
+    session_.wake();
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::milliseconds(900), [&] { return ended_; }) || !session_.looking_up();
+  }
+
+  [[nodiscard]] LinkCounters counters() const {
+    const bool connected = session_.connected();
+    const std::lock_guard lock(mutex_);
+    LinkCounters out = counters_;
+    out.clients = connected ? 1 : 0;
+    return out;
+  }
+
+  /// Why the broker is away, for a person; empty where it is there.
+  [[nodiscard]] std::string trouble() const {
+    const std::lock_guard lock(mutex_);
+    return trouble_;
+  }
+
+ private:
+  MqttSession::Options options_for(const MqttAddress& address, MqttLogin login) {
+    MqttSession::Options options;
+    options.address = address;
+    options.login = std::move(login);
+    options.will_topic = topics_.status;
+    options.will_payload = kMqttGone;
+    options.subscriptions = {topics_.clock};
+    options.retry_min = {kSecond / 4};
+    options.retry_max = {8 * kSecond};
+    options.connect_timeout = {5 * kSecond};
+    // A slow broker gets the newest, not a queue.
+    options.send_buffer_bytes = 16 * 1024;
+    options.on_connected = [this] {
+      // At once, before any descriptor: it takes the place of the last will.
+      next_status_ns_ = 1;
+      set_trouble({});
+    };
+    options.on_lost = [this](const std::string& why) { set_trouble(why); };
+    options.on_message = [this](const MqttMessage& message) { tell_clock(message); };
+    return options;
+  }
+
+  void set_trouble(const std::string& trouble) {
+    const std::lock_guard lock(mutex_);
+    trouble_ = trouble;
+  }
+
+  void send() {
+    const std::int64_t now = monotonic_now_ns();
+    if (now >= next_status_ns_) {
+      next_status_ns_ = now + kStatusPeriod;
+      const std::string status = encode_status(commands_.status());
+      session_.publish(topics_.status, std::as_bytes(std::span(status)), true);
+      if (!session_.idle()) return;
+    }
+    EncodedDescriptor descriptor;
+    {
+      const std::lock_guard lock(mutex_);
+      descriptor = std::exchange(next_, nullptr);
+    }
+    if (!descriptor || session_.publish(topics_.descriptor, *descriptor, true)) return;
+    // Above the size that this broker takes, or lost with the connection.
+    const std::lock_guard lock(mutex_);
+    ++counters_.coalesced;
+  }
+
+  /// An answer that would wait behind others tells a time that is over; the client asks again.
+  void tell_clock(const MqttMessage& request) {
+    const bool sound = request.topic == topics_.clock && request.payload.size() <= kMaxMqttCorrelationBytes &&
+                       !request.correlation.empty() && request.correlation.size() <= kMaxMqttCorrelationBytes &&
+                       is_reply_topic(topics_, request.response_topic);
+    const std::int64_t now = monotonic_now_ns();
+    if (!sound || !allowance_.take(now)) return count_refused();
+    const std::string clock = encode_clock({monotonic_now_ns()});
+    if (!session_.answer(request, std::as_bytes(std::span(clock))))
+      count_refused();
+  }
+
+  void count_refused() {
+    const std::lock_guard lock(mutex_);
+    ++counters_.messages_refused;
+  }
+
+  const MqttTopics topics_;
+  Commands& commands_;
+  Allowance allowance_;
+  std::int64_t next_status_ns_ = 0;
+  std::atomic<bool> stopping_{false};
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  EncodedDescriptor next_;
+  LinkCounters counters_;
+  bool ended_ = false;
+  std::string trouble_ = "not connected yet";
+
+  MqttSession session_;  // last: it calls into the others
+};
+
+Status check_readable(const std::string& field, const std::string& path) {
+  if (path.empty() || std::ifstream(path).good()) return {};
+  return {StatusCode::not_found,
+          "mqtt." + field + ": " + path + " cannot be read; is it there, and may lightwelld read it?"};
+}
+
+/// First line, second line.
+Status read_login(const std::string& path, MqttLogin& login) {
+  if (path.empty()) return {};
+  std::ifstream file(path);
+  std::getline(file, login.user);
+  std::getline(file, login.password);
+  for (std::string* line : {&login.user, &login.password})
+    if (line->ends_with('\r')) line->pop_back();
+  if (login.user.empty())
+    return {StatusCode::invalid_argument, "mqtt.login_file: " + path + ": the first line, the user name, is empty"};
+  if (login.user.size() > 1024 || login.password.size() > 1024)
+    return {StatusCode::invalid_argument, "mqtt.login_file: " + path + ": a line is longer than 1024 bytes"};
+  return {};
+}
+
+class MqttLink final : public Link {
+ public:
+  MqttLink(MqttConfig config, const std::string& probe_name, Commands& commands)
+      : config_(std::move(config)), commands_(commands) {
+    if (config_.client_id.empty()) config_.client_id = "lightwell-" + probe_name;
+  }
+  ~MqttLink() override { stop(); }
+
+  Status start() override {
+    if (Status s = config_.validate(); !s.ok()) return s;
+    const Result<MqttAddress> address = parse_mqtt_address(config_.uri);
+    if (!address) return address.status();
+    for (const auto& [field, path] : {std::pair{"ca_file", config_.ca_file},
+                                      {"certificate_file", config_.certificate_file},
+                                      {"key_file", config_.key_file},
+                                      {"login_file", config_.login_file}})
+      if (Status s = check_readable(field, path); !s.ok()) return s;
+    MqttLogin login{config_.client_id, {}, {}, config_.ca_file, config_.certificate_file, config_.key_file};
+    if (Status s = read_login(config_.login_file, login); !s.ok()) return s;
+    address_ = address->uri();
+    worker_ = std::make_shared<Worker>(*address, std::move(login), commands_);
+    thread_ = std::thread([worker = worker_] { worker->run(); });
+    return {};
+  }
+
+  void publish(const EncodedDescriptor& descriptor) override {
+    if (worker_) worker_->publish(descriptor);
+  }
+
+  void stop() override {
+    if (!thread_.joinable()) return;
+    // A resolver that hangs keeps the thread; it touches nothing but its worker when it comes back.
+    worker_->stop() ? thread_.join() : thread_.detach();
+  }
+
+  LinkCounters counters() const override { return worker_ ? worker_->counters() : LinkCounters{}; }
+  std::string address() const override { return address_; }
+  std::string trouble() const override { return worker_ ? worker_->trouble() : "not started"; }
+
+ private:
+  MqttConfig config_;
+  Commands& commands_;
+  std::string address_;
+  std::shared_ptr<Worker> worker_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<Link> make_mqtt_link(const MqttConfig& config, const std::string& probe_name, Commands& commands) {
+  return std::make_unique<MqttLink>(config, probe_name, commands);
+}
+
+}  // namespace lightwell

@@ -1,0 +1,207 @@
+#include "link/usb_gadget/ffs_port.hpp"
+
+#include <fcntl.h>
+#include <linux/aio_abi.h>
+#include <linux/usb/functionfs.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <vector>
+
+#include "link/usb_gadget/ffs_descriptors.hpp"
+
+namespace lightwell {
+namespace {
+
+Status refused(const std::string& path, int error) {
+  const std::string what = path + ": " + std::strerror(error);
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return {StatusCode::not_found,
+              what + ": no FunctionFS is mounted there; run `lightwell-usb-gadget up` as root, or correct usb_gadget.ffs"};
+    case EACCES:
+    case EPERM:
+      return {StatusCode::failed_precondition,
+              what + ": give this user the mount, with `lightwell-usb-gadget up --user NAME` as root"};
+    case EBUSY:
+    case ESRCH:
+    case EBADFD:
+      return {StatusCode::resource_exhausted, what + ": another program has it; is a second lightwelld running?"};
+    default:
+      return {StatusCode::unavailable, what};
+  }
+}
+
+Status write_all(int fd, const std::string& path, const std::vector<std::byte>& bytes) {
+  const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+  if (n == static_cast<ssize_t>(bytes.size())) return {};
+  return refused(path, n < 0 ? errno : EIO);
+}
+
+/// One direction: its control block, which the kernel reads while it is under way.
+struct Transfer {
+  iocb block{};
+  bool under_way = false;
+};
+
+class FfsPort final : public GadgetPort {
+ public:
+  explicit FfsPort(std::function<Result<FfsFiles>()> open) : open_(std::move(open)) {}
+  ~FfsPort() override { close(); }
+
+  Status open() override {
+    Result<FfsFiles> files = open_();
+    if (!files) return files.status();
+    files_ = std::move(*files);
+    if (::syscall(SYS_io_setup, 2, &context_) != 0) {
+      const int error = errno;
+      close();
+      return {StatusCode::internal, std::string("asynchronous I/O (io_setup): ") + std::strerror(error) +
+                                        "; the kernel wants CONFIG_AIO, and fs.aio-max-nr room for two"};
+    }
+    return {};
+  }
+
+  void close() override {
+    // Cancels what is under way, and returns when that has ended.
+    if (context_ != 0) ::syscall(SYS_io_destroy, context_);
+    context_ = 0;
+    in_.under_way = out_.under_way = false;
+    files_ = {};
+    happened_.clear();
+  }
+
+  bool begin_send(std::span<const std::byte> bytes) override {
+    return begin(in_, IOCB_CMD_PWRITE, files_.in.get(), const_cast<std::byte*>(bytes.data()), bytes.size());
+  }
+  bool begin_receive(std::span<std::byte> bytes) override {
+    return begin(out_, IOCB_CMD_PREAD, files_.out.get(), bytes.data(), bytes.size());
+  }
+
+  PortEvent wait(Duration timeout) override {
+    if (happened_.empty()) {
+      std::array<pollfd, 3> fds{pollfd{files_.control.get(), POLLIN, 0}, pollfd{done_.get(), POLLIN, 0},
+                                pollfd{wake_.get(), POLLIN, 0}};
+      const timespec limit{timeout.ns / 1'000'000'000, timeout.ns % 1'000'000'000};
+      if (::ppoll(fds.data(), fds.size(), timeout.ns < 0 ? nullptr : &limit, nullptr) > 0) {
+        // What ended belongs to the time before an event that stands at the same moment.
+        if (fds[1].revents != 0) take_ended();
+        if (fds[0].revents != 0) take_control();
+        if (fds[2].revents != 0) {
+          eventfd_t ignored = 0;
+          (void)::eventfd_read(wake_.get(), &ignored);
+          happened_.push_back({PortEvent::Kind::woken});
+        }
+      }
+    }
+    if (happened_.empty()) return {};
+    const PortEvent next = happened_.front();
+    happened_.pop_front();
+    return next;
+  }
+
+  void wake() override { (void)::eventfd_write(wake_.get(), 1); }
+
+ private:
+  bool begin(Transfer& transfer, unsigned command, int fd, void* memory, std::size_t bytes) {
+    transfer.block = {};
+    transfer.block.aio_lio_opcode = static_cast<std::uint16_t>(command);
+    transfer.block.aio_fildes = static_cast<std::uint32_t>(fd);
+    transfer.block.aio_buf = reinterpret_cast<std::uintptr_t>(memory);
+    transfer.block.aio_nbytes = bytes;
+    transfer.block.aio_flags = IOCB_FLAG_RESFD;
+    transfer.block.aio_resfd = static_cast<std::uint32_t>(done_.get());
+    iocb* const list = &transfer.block;
+    transfer.under_way = ::syscall(SYS_io_submit, context_, 1, &list) == 1;
+    return transfer.under_way;
+  }
+
+  void take_ended() {
+    eventfd_t ignored = 0;
+    (void)::eventfd_read(done_.get(), &ignored);
+    std::array<io_event, 2> ended{};
+    timespec at_once{};
+    const long count = ::syscall(SYS_io_getevents, context_, 0, ended.size(), ended.data(), &at_once);
+    for (long i = 0; i < count; ++i) {
+      const io_event& e = ended[static_cast<std::size_t>(i)];
+      const bool sent = e.obj == reinterpret_cast<std::uintptr_t>(&in_.block);
+      (sent ? in_ : out_).under_way = false;
+      PortEvent event{sent ? PortEvent::Kind::sent : PortEvent::Kind::received};
+      if (e.res >= 0)
+        event.bytes = static_cast<std::size_t>(e.res);
+      else
+        event.error = static_cast<int>(-e.res);
+      happened_.push_back(event);
+    }
+  }
+
+  void take_control() {
+    std::array<usb_functionfs_event, 4> events{};
+    const ssize_t bytes = ::read(files_.control.get(), events.data(), sizeof events);
+    if (bytes <= 0) return;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(bytes) / sizeof events[0]; ++i) {
+      switch (events[i].type) {
+        case FUNCTIONFS_ENABLE: happened_.push_back({PortEvent::Kind::enabled}); break;
+        case FUNCTIONFS_DISABLE:
+        case FUNCTIONFS_UNBIND: happened_.push_back({PortEvent::Kind::disabled}); break;
+        case FUNCTIONFS_SUSPEND: happened_.push_back({PortEvent::Kind::suspended}); break;
+        case FUNCTIONFS_RESUME: happened_.push_back({PortEvent::Kind::resumed}); break;
+        case FUNCTIONFS_SETUP: stall(events[i].u.setup); break;
+        default: break;  // BIND: nothing is enabled yet.
+      }
+    }
+  }
+
+  /// This interface has no requests of its own. FunctionFS stalls where the data stage is begun in the wrong direction.
+  void stall(const usb_ctrlrequest& setup) {
+    std::byte none{};
+    if ((setup.bRequestType & USB_DIR_IN) != 0)
+      (void)!::read(files_.control.get(), &none, 0);
+    else
+      (void)!::write(files_.control.get(), &none, 0);
+  }
+
+  const std::function<Result<FfsFiles>()> open_;
+  FfsFiles files_;
+  aio_context_t context_ = 0;
+  OwnedFile done_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};  ///< The kernel counts ended transfers there.
+  OwnedFile wake_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  Transfer in_, out_;
+  std::deque<PortEvent> happened_;
+};
+
+}  // namespace
+
+OwnedFile::~OwnedFile() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+Result<FfsFiles> open_ffs(const std::string& mount) {
+  FfsFiles files;
+  const auto open = [&](const char* name, OwnedFile& file) -> Status {
+    const std::string path = mount + "/" + name;
+    // Else io_submit() would wait for an endpoint that is not enabled.
+    file = OwnedFile(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
+    return file.get() < 0 ? refused(path, errno) : Status();
+  };
+  if (Status s = open("ep0", files.control); !s.ok()) return s;
+  const std::string control = mount + "/ep0";
+  if (Status s = write_all(files.control.get(), control, ffs_descriptors()); !s.ok()) return s;
+  if (Status s = write_all(files.control.get(), control, ffs_strings()); !s.ok()) return s;
+  if (Status s = open("ep1", files.in); !s.ok()) return s;
+  if (Status s = open("ep2", files.out); !s.ok()) return s;
+  return files;
+}
+
+std::unique_ptr<GadgetPort> make_ffs_port(std::function<Result<FfsFiles>()> open) {
+  return std::make_unique<FfsPort>(std::move(open));
+}
+
+}  // namespace lightwell

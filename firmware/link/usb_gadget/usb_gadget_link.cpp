@@ -1,0 +1,257 @@
+#include "link/usb_gadget/usb_gadget_link.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <lightwell/link_message.hpp>
+#include <mutex>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "link/usb_gadget/ffs_port.hpp"
+
+namespace lightwell {
+namespace {
+
+/// After a transfer that failed although the host is there. Shorter would spin where an endpoint goes before its event comes.
+constexpr Duration kPause{20'000'000};
+/// Answers that wait. A host waits for each of its few questions.
+constexpr std::size_t kMaxResponses = 16;
+/// A multiple of every packet size, and room for the largest request with its frame.
+constexpr std::size_t kReceiveBytes = 16 * 1024;
+static_assert(kReceiveBytes > kFrameHeaderBytes + kMaxLinkMessageBytes + 1);
+
+class GadgetLink final : public UsbGadgetLink {
+ public:
+  GadgetLink(std::unique_ptr<GadgetPort> port, std::uint32_t session, Commands& commands)
+      : port_(std::move(port)), commands_(commands), writer_(session), received_(kReceiveBytes) {}
+  ~GadgetLink() override { stop(); }
+
+  Status start() override {
+    if (Status s = port_->open(); !s.ok()) return s;
+    stopping_ = false;
+    thread_ = std::thread([this] { run(); });
+    return {};
+  }
+
+  void publish(const EncodedDescriptor& descriptor) override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!listening_) {
+        ++counters_.unheard;
+        return;
+      }
+      if (newest_) ++coalesced_;
+      newest_ = descriptor;
+    }
+    port_->wake();
+  }
+
+  void stop() override {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    port_->wake();
+    thread_.join();
+    port_->close();
+    end_stream();
+    set_listening(Listening::no);
+    sending_ = receiving_ = false;
+  }
+
+  LinkCounters counters() const override {
+    const std::lock_guard lock(mutex_);
+    return {.clients = listening_ ? 1U : 0U, .coalesced = coalesced_,
+            .messages_refused = counters_.from_host.refused() + counters_.not_requests};
+  }
+  UsbGadgetCounters usb_counters() const override {
+    const std::lock_guard lock(mutex_);
+    return counters_;
+  }
+  std::string address() const override { return "usb:"; }
+
+ private:
+  enum class Listening { yes, no };
+
+  void run() {
+    while (!stopping_) {
+      on(port_->wait(until_due()));
+      on_time({monotonic_now_ns()});
+      serve();
+    }
+  }
+
+  [[nodiscard]] Duration until_due() const {
+    const ProbeTime now{monotonic_now_ns()};
+    Duration wait{1'000'000'000};
+    if (enabled_ && now < resume_at_) wait = std::min(wait, resume_at_ - now);
+    return wait;
+  }
+
+  void on(const PortEvent& event) {
+    switch (event.kind) {
+      case PortEvent::Kind::enabled:
+        end_stream();
+        enabled_ = true;
+        suspended_ = false;
+        resume_at_ = {};
+        break;
+      case PortEvent::Kind::disabled:
+        end_stream();
+        enabled_ = false;
+        break;
+      case PortEvent::Kind::suspended: suspended_ = true; break;
+      case PortEvent::Kind::resumed: suspended_ = false; break;
+      case PortEvent::Kind::sent: on_sent(event); break;
+      case PortEvent::Kind::received: on_received(event); break;
+      case PortEvent::Kind::woken:
+      case PortEvent::Kind::timeout: break;
+    }
+  }
+
+  void on_time(ProbeTime now) {
+    if (heard_ && now - *heard_ > kListening) {
+      heard_.reset();
+      set_listening(Listening::no);
+    }
+  }
+
+  /// Whoever comes next has asked nothing yet.
+  void end_stream() {
+    reader_.begin_stream();
+    responses_.clear();
+    heard_.reset();
+    set_listening(Listening::no);
+  }
+
+  void set_listening(Listening listening) {
+    const std::lock_guard lock(mutex_);
+    listening_ = listening == Listening::yes;
+    if (!listening_ && newest_) {
+      newest_.reset();
+      ++counters_.unheard;
+    }
+    counters_.from_host = reader_.counters();
+  }
+
+  void on_sent(const PortEvent& event) {
+    sending_ = false;
+    if (event.error == 0 && event.bytes == frame_.size()) return;
+    failed();
+    pause();
+  }
+
+  void on_received(const PortEvent& event) {
+    receiving_ = false;
+    if (event.error != 0) {
+      pause();
+      return;
+    }
+    const FrameReader::Take take = [this](const LinkFrame& frame) { answer(frame); };
+    reader_.push(std::span(received_).first(std::min(event.bytes, received_.size())), take);
+    // What filled the memory may go on.
+    if (event.bytes < received_.size()) reader_.end_transfer(take);
+    const std::lock_guard lock(mutex_);
+    counters_.from_host = reader_.counters();
+  }
+
+  void answer(const LinkFrame& frame) {
+    std::vector<std::byte> response;
+    const bool request = frame.kind == FrameKind::request;
+    if (!request || !answer_link_request(frame.payload, commands_, response).ok()) {
+      const std::lock_guard lock(mutex_);
+      ++counters_.not_requests;
+      return;
+    }
+    responses_.push_back(std::move(response));
+    const bool too_many = responses_.size() > kMaxResponses;
+    if (too_many) responses_.pop_front();
+    heard_ = {monotonic_now_ns()};
+    const std::lock_guard lock(mutex_);
+    ++counters_.requests;
+    if (too_many) ++counters_.responses_dropped;
+    listening_ = true;
+  }
+
+  /// Begins what can begin.
+  void serve() {
+    if (!enabled_ || ProbeTime{monotonic_now_ns()} < resume_at_) return;
+    if (!receiving_) {
+      receiving_ = port_->begin_receive(received_);
+      if (!receiving_) pause();
+    }
+    // On a sleeping bus the newest waits here, where a newer one can take its place.
+    if (!sending_ && !suspended_) send_next();
+  }
+
+  /// Answers first: the host measures how long they take.
+  void send_next() {
+    if (!responses_.empty()) {
+      begin_send(FrameKind::response, responses_.front());
+      responses_.pop_front();
+      return;
+    }
+    EncodedDescriptor descriptor;
+    {
+      const std::lock_guard lock(mutex_);
+      descriptor.swap(newest_);
+    }
+    if (descriptor) begin_send(FrameKind::descriptor, *descriptor);
+  }
+
+  void begin_send(FrameKind kind, std::span<const std::byte> message) {
+    // Both kinds were made within their limits; what is not costs nobody a number.
+    if (!writer_.write(kind, message, frame_).ok()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      counters_.frames_begun = writer_.sequence();
+      if (kind == FrameKind::descriptor) ++counters_.descriptors_begun;
+    }
+    sending_ = port_->begin_send(frame_);
+    if (sending_) return;
+    failed();
+    pause();
+  }
+
+  void failed() {
+    const std::lock_guard lock(mutex_);
+    ++counters_.frames_failed;
+  }
+
+  void pause() { resume_at_ = ProbeTime{monotonic_now_ns()} + kPause; }
+
+  const std::unique_ptr<GadgetPort> port_;
+  Commands& commands_;
+
+  // The link's own thread's.
+  FrameReader reader_;
+  FrameWriter writer_;
+  std::vector<std::byte> received_, frame_;  ///< The port's while a transfer is under way.
+  std::deque<std::vector<std::byte>> responses_;
+  std::optional<ProbeTime> heard_;
+  ProbeTime resume_at_;
+  bool enabled_ = false, suspended_ = false, sending_ = false, receiving_ = false;
+
+  mutable std::mutex mutex_;
+  EncodedDescriptor newest_;
+  bool listening_ = false;
+  std::uint64_t coalesced_ = 0;
+  UsbGadgetCounters counters_;
+
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(const UsbGadgetConfig& config, Commands& commands) {
+  return make_usb_gadget_link(make_ffs_port([mount = config.ffs] { return open_ffs(mount); }), std::random_device{}(),
+                              commands);
+}
+
+std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(std::unique_ptr<GadgetPort> port, std::uint32_t session,
+                                                    Commands& commands) {
+  return std::make_unique<GadgetLink>(std::move(port), session, commands);
+}
+
+}  // namespace lightwell

@@ -1,0 +1,192 @@
+// The probe's own keys, and the list of those it lets in, as files.
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <lightwell/secrets.hpp>
+
+#include "link/access/certificate.hpp"
+#include "link/access/client_list.hpp"
+#include "link/access/private_file.hpp"
+#include "link/access/probe_keys.hpp"
+#include "support/temp_dir.hpp"
+
+namespace lightwell::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr std::int64_t kNow = 1'800'000'000;
+constexpr std::int64_t kYear = 365 * 86'400;
+
+mode_t mode_of(const std::string& path) {
+  struct stat s {};
+  EXPECT_EQ(::stat(path.c_str(), &s), 0) << path;
+  return s.st_mode & 0777;
+}
+
+class ProbeKeysTest : public ::testing::Test {
+ protected:
+  ProbeKeysTest() { config_.keys = folder_.path("keys"); }
+  [[nodiscard]] ProbeKeys load(std::int64_t now = kNow) const {
+    const Result<ProbeKeys> keys = load_probe_keys(config_, "attic", now);
+    EXPECT_TRUE(keys.ok()) << keys.status().message();
+    return keys.ok() ? *keys : ProbeKeys();
+  }
+  std::string refusal() const {
+    const Result<ProbeKeys> keys = load_probe_keys(config_, "attic", kNow);
+    EXPECT_FALSE(keys.ok());
+    return keys.status().message();
+  }
+  TempDir folder_;
+  GrpcConfig config_{.security = LinkSecurity::tls};
+};
+
+TEST_F(ProbeKeysTest, AreMadeOnceAndStay) {
+  const ProbeKeys first = load(), again = load(kNow + 86'400);
+  EXPECT_EQ(first.certificate, again.certificate);
+  EXPECT_EQ(first.key, again.key);
+  EXPECT_EQ(first.trust, again.trust);
+  EXPECT_TRUE(check_belongs(first.certificate, first.key).ok());
+  EXPECT_EQ(read_certificate(first.certificate)->common_name, "attic");
+}
+
+TEST_F(ProbeKeysTest, AreForTheirOwnerAlone) {
+  (void)load();
+  EXPECT_EQ(mode_of(config_.keys), 0700U);
+  for (const auto& entry : std::filesystem::directory_iterator(config_.keys))
+    EXPECT_EQ(mode_of(entry.path().string()), 0600U) << entry.path();
+}
+
+TEST_F(ProbeKeysTest, AFolderInWhichOthersMayWriteIsRefused) {
+  std::filesystem::create_directory(config_.keys);
+  ASSERT_EQ(::chmod(config_.keys.c_str(), 0777), 0);
+  EXPECT_THAT(refusal(), AllOf(HasSubstr(config_.keys), HasSubstr("chmod 700")));
+}
+
+TEST_F(ProbeKeysTest, TwoThatBeginAtOnceAgree) {
+  std::vector<std::string> certificates(8);
+  {
+    std::vector<std::jthread> crowd;
+    for (std::string& one : certificates) crowd.emplace_back([&one, this] { one = load().certificate; });
+  }
+  EXPECT_THAT(certificates, ::testing::Each(certificates.front()));
+}
+
+TEST_F(ProbeKeysTest, TheCertificateIsRenewedInTimeAndWhatClientsPinIsNot) {
+  const ProbeKeys first = load();
+  EXPECT_EQ(load(kNow + kYear).certificate, first.certificate);
+  const ProbeKeys later = load(kNow + 3 * kYear / 2);
+  EXPECT_NE(later.certificate, first.certificate);
+  EXPECT_GE(read_certificate(later.certificate)->not_after_s, kNow + 3 * kYear);
+  EXPECT_EQ(later.trust, first.trust);
+  EXPECT_EQ(later.key, first.key);
+}
+
+TEST_F(ProbeKeysTest, ABoardThatWokeIn1970MakesKeysThatLastAllTheSame) {
+  EXPECT_GE(read_certificate(load(100).certificate)->not_after_s, kLongAgo_s + kYear);
+}
+
+TEST_F(ProbeKeysTest, BrokenFilesAreNamed) {
+  (void)load();
+  for (const char* file : {"ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
+    const std::string path = config_.keys + "/" + file, good = *read_private_file(path).value();
+    for (const std::string& bad : {std::string(), std::string("garbage"), good.substr(0, good.size() / 2)}) {
+      ASSERT_TRUE(write_private_file(path, bad).ok());
+      EXPECT_THAT(refusal(), HasSubstr(file));
+    }
+    ASSERT_TRUE(write_private_file(path, good).ok());
+  }
+  const std::string other = KeyPair::make()->private_pem;
+  ASSERT_TRUE(write_private_file(config_.keys + "/probe_key.pem", other).ok());
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("probe.pem"), HasSubstr("not the certificate's")));
+}
+
+TEST_F(ProbeKeysTest, TheOwnersFilesTakeThePlaceAndMustFit) {
+  GrpcConfig other;
+  other.keys = folder_.path("other");
+  const ProbeKeys owners = *load_probe_keys(other, "cellar", kNow);
+  config_.certificate = folder_.write("own.pem", owners.certificate);
+  config_.key = folder_.write("own_key.pem", owners.key);
+  EXPECT_EQ(load().certificate, owners.certificate);
+  EXPECT_EQ(load().trust, owners.certificate) << "clients pin what they are shown";
+  config_.client_ca = folder_.write("clients.pem", owners.trust);
+  EXPECT_FALSE(load().own_clients()) << "the owner's authority knows its clients";
+  config_.key = folder_.write("own_key.pem", KeyPair::make()->private_pem);
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("own.pem"), HasSubstr("own_key.pem"), HasSubstr("not the certificate's")));
+  config_.key = folder_.path("nowhere.pem");
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("nowhere.pem"), HasSubstr("grpc.key")));
+}
+
+class ClientListTest : public ::testing::Test {
+ protected:
+  static constexpr const char* kToken = "0123456789012345678901234567890123456789abc";
+  void add(const std::string& token, std::int64_t expires, const std::string& certificate = {}) const {
+    ASSERT_TRUE(ClientList::add(path_, {to_hex(sha256(token)), certificate, expires, "x"}, kNow).ok());
+  }
+  TempDir folder_;
+  const std::string path_ = folder_.path("clients");
+  ClientList list_{path_};
+};
+
+TEST_F(ClientListTest, LetsInWhoIsOnItUntilItsTimeIsOver) {
+  EXPECT_FALSE(list_.admits_token(kToken, kNow)) << "no file is no clients";
+  add(kToken, kNow + 10, std::string(64, 'c'));
+  EXPECT_TRUE(list_.admits_token(kToken, kNow));
+  EXPECT_TRUE(list_.admits_token(kToken, kNow + 9));
+  EXPECT_FALSE(list_.admits_token(kToken, kNow + 10));
+  EXPECT_TRUE(list_.admits_certificate(std::string(64, 'c'), kNow));
+  EXPECT_FALSE(list_.admits_certificate(std::string(64, 'c'), kNow + 10));
+  EXPECT_FALSE(list_.admits_certificate("", kNow)) << "a client without a certificate is not one with an empty one";
+  EXPECT_FALSE(list_.admits_certificate(std::string(64, 'd'), kNow));
+}
+
+TEST_F(ClientListTest, HoldsNoToken) {
+  add(kToken, kNow + 10);
+  EXPECT_THAT(**read_private_file(path_), ::testing::Not(HasSubstr(kToken)));
+  EXPECT_EQ(mode_of(path_), 0600U);
+}
+
+TEST_F(ClientListTest, NothingThatIsNoTokenIsTakenForOne) {
+  add(kToken, kNow + 10);
+  // What is hashed where there is none of the right length must let nobody in either.
+  for (const std::string& bad :
+       {std::string(), std::string(kToken).substr(1), std::string(kToken) + "x", std::string(kTokenLength, '.'),
+        std::string(kTokenLength, '\0'), std::string(100'000, 'x')})
+    EXPECT_FALSE(list_.admits_token(bad, kNow)) << bad.size();
+}
+
+TEST_F(ClientListTest, AWrongLineIsNamedAndLetsNobodyIn) {
+  add(kToken, kNow + 10);
+  ASSERT_TRUE(list_.admits_token(kToken, kNow));
+  const std::string good = **read_private_file(path_), digest(64, 'a');
+  for (const std::string& bad : {std::string("x"), digest, digest + " x 5", digest + " - tomorrow", digest + " - 5x",
+                                 std::string(64, 'G') + " - 5", digest + " - 99999999999999999999"}) {
+    ASSERT_TRUE(write_private_file(path_, good + bad + "\n").ok());
+    EXPECT_FALSE(list_.admits_token(kToken, kNow)) << bad;
+    const Status s = ClientList(path_).load();
+    EXPECT_EQ(s.code(), StatusCode::data_loss);
+    EXPECT_THAT(s.message(), HasSubstr(path_ + ":4: "));
+  }
+  ASSERT_TRUE(write_private_file(path_, good).ok());
+  EXPECT_TRUE(list_.admits_token(kToken, kNow)) << "mended, it counts again";
+}
+
+TEST_F(ClientListTest, ThoseThatExpiredMakeRoomAndThereIsAnEndToIt) {
+  for (int i = 0; i < 256; ++i) add(std::to_string(i), kNow + (i == 0 ? 0 : 10));
+  add(kToken, kNow + 10);  // in the place of the first
+  const Status s = ClientList::add(path_, {std::string(64, 'a'), "", kNow + 10, "x"}, kNow);
+  EXPECT_EQ(s.code(), StatusCode::resource_exhausted);
+  EXPECT_THAT(s.message(), HasSubstr("256"));
+  EXPECT_TRUE(list_.admits_token(kToken, kNow));
+}
+
+}  // namespace
+}  // namespace lightwell::test

@@ -1,0 +1,300 @@
+// The gadget's link on a port that does exactly what a test says.
+#include <cerrno>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/link_message.hpp>
+
+#include "link/usb_gadget/usb_gadget_link.hpp"
+#include "support/fake_commands.hpp"
+#include "support/wait.hpp"
+
+namespace lightwell::test {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+using Kind = PortEvent::Kind;
+
+/// Transfers begin when the link says and end when the test says.
+class HandPort final : public GadgetPort {
+ public:
+  Status open() override { return opens; }
+  void close() override { closed = true; }
+  bool begin_send(std::span<const std::byte> bytes) override {
+    const std::lock_guard lock(mutex_);
+    if (refusals > 0) {
+      --refusals;
+      return false;
+    }
+    sending_ = Bytes(bytes.begin(), bytes.end());
+    return true;
+  }
+  bool begin_receive(std::span<std::byte> bytes) override {
+    const std::lock_guard lock(mutex_);
+    receiving_ = bytes;
+    return true;
+  }
+  PortEvent wait(Duration timeout) override {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return !events_.empty() || woken_; });
+    woken_ = false;
+    if (events_.empty()) return {Kind::woken};
+    const PortEvent event = events_.front();
+    events_.pop_front();
+    return event;
+  }
+  void wake() override {
+    const std::lock_guard lock(mutex_);
+    woken_ = true;
+    changed_.notify_all();
+  }
+
+  // The test's hand.
+
+  void happens(PortEvent event) {
+    const std::lock_guard lock(mutex_);
+    events_.push_back(event);
+    changed_.notify_all();
+  }
+  /// Waits for the link to read, and gives it these bytes.
+  void give(const Bytes& bytes) {
+    ASSERT_TRUE(comes_true("the link reads", [&] { return reads(); }));
+    const std::lock_guard lock(mutex_);
+    std::copy(bytes.begin(), bytes.end(), receiving_.begin());
+    receiving_ = {};
+    events_.push_back({Kind::received, bytes.size(), 0});
+    changed_.notify_all();
+  }
+  /// What the link sends; its transfer ends.
+  std::optional<Bytes> take() {
+    if (!comes_true("the link sends", [&] { return sends(); })) return std::nullopt;
+    const std::lock_guard lock(mutex_);
+    Bytes bytes = *std::exchange(sending_, std::nullopt);
+    events_.push_back({Kind::sent, bytes.size(), 0});
+    changed_.notify_all();
+    return bytes;
+  }
+  /// As take(), with an error.
+  void fail() {
+    ASSERT_TRUE(comes_true("the link sends", [&] { return sends(); }));
+    const std::lock_guard lock(mutex_);
+    sending_.reset();
+    events_.push_back({Kind::sent, 0, ESHUTDOWN});
+    changed_.notify_all();
+  }
+  bool sends() {
+    const std::lock_guard lock(mutex_);
+    return sending_.has_value();
+  }
+  bool reads() {
+    const std::lock_guard lock(mutex_);
+    return !receiving_.empty();
+  }
+
+  Status opens;
+  int refusals = 0;
+  bool closed = false;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<PortEvent> events_;
+  bool woken_ = false;
+  std::optional<Bytes> sending_;
+  std::span<std::byte> receiving_;
+};
+
+class UsbGadgetLinkTest : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(link_->start().ok()); }
+  void TearDown() override { link_->stop(); }
+
+  Bytes question() {
+    Bytes message, frame;
+    encode_info_request(++asked_, message);
+    EXPECT_TRUE(host_.write(FrameKind::request, message, frame).ok());
+    return frame;
+  }
+  static EncodedDescriptor descriptor(int number) {
+    return std::make_shared<const Bytes>(100, static_cast<std::byte>(number));
+  }
+  /// A host that has come and asked, and has read the answer.
+  void host_comes() {
+    port_->happens({Kind::enabled});
+    port_->give(question());
+    EXPECT_EQ(next().kind, FrameKind::response);
+  }
+  struct Got {
+    FrameKind kind{};
+    std::uint64_t number = 0;
+    Bytes payload;
+  };
+  Got next() {
+    Got got;
+    const std::optional<Bytes> bytes = port_->take();
+    if (!bytes) {
+      ADD_FAILURE() << "nothing is sent";
+      return got;
+    }
+    const FrameReader::Take take = [&](const LinkFrame& f) {
+      got = {f.kind, f.sequence, {f.payload.begin(), f.payload.end()}};
+    };
+    reader_.push(*bytes, take);
+    reader_.end_transfer(take);
+    return got;
+  }
+
+  FakeCommands commands_;
+  HandPort* port_ = new HandPort;  // the link's
+  std::unique_ptr<UsbGadgetLink> link_ = make_usb_gadget_link(std::unique_ptr<GadgetPort>(port_), 42, commands_);
+  FrameWriter host_{7};
+  FrameReader reader_;
+  std::uint32_t asked_ = 0;
+};
+
+TEST_F(UsbGadgetLinkTest, SaysNothingUnlessAHostIsThereAndAsks) {
+  link_->publish(descriptor(1));
+  port_->happens({Kind::enabled});
+  ASSERT_TRUE(comes_true("the link reads", [&] { return port_->reads(); }));
+  link_->publish(descriptor(2));
+  EXPECT_FALSE(port_->sends()) << "it would be old when somebody comes";
+  EXPECT_EQ(link_->usb_counters().unheard, 2U);
+  EXPECT_EQ(link_->counters().clients, 0U);
+  port_->give(question());
+  EXPECT_EQ(next().kind, FrameKind::response);
+  EXPECT_EQ(link_->counters().clients, 1U);
+  link_->publish(descriptor(3));
+  EXPECT_EQ(next().payload, *descriptor(3));
+}
+
+TEST_F(UsbGadgetLinkTest, AHostThatReadsSlowlyGetsTheNewestAndThePublisherDoesNotWait) {
+  host_comes();
+  link_->publish(descriptor(1));
+  ASSERT_TRUE(comes_true("the first is under way", [&] { return port_->sends(); }));
+  for (int i = 2; i <= 9; ++i) link_->publish(descriptor(i));
+  EXPECT_EQ(link_->counters().coalesced, 7U);
+  EXPECT_EQ(next().payload, *descriptor(1));
+  EXPECT_EQ(next().payload, *descriptor(9));
+  EXPECT_FALSE(port_->sends());
+}
+
+TEST_F(UsbGadgetLinkTest, AnswersGoBeforeDescriptors) {
+  host_comes();
+  link_->publish(descriptor(1));
+  ASSERT_TRUE(comes_true("the first is under way", [&] { return port_->sends(); }));
+  link_->publish(descriptor(2));
+  port_->give(question());
+  ASSERT_TRUE(comes_true("it was heard", [&] { return link_->usb_counters().requests == 2; }));
+  EXPECT_EQ(next().payload, *descriptor(1));
+  EXPECT_EQ(next().kind, FrameKind::response);
+  EXPECT_EQ(next().payload, *descriptor(2));
+}
+
+TEST_F(UsbGadgetLinkTest, ABrokenTransferIsCountedAndTheNumbersTellTheHost) {
+  host_comes();
+  link_->publish(descriptor(1));
+  port_->fail();
+  link_->publish(descriptor(2));
+  const Got got = next();
+  EXPECT_EQ(got.payload, *descriptor(2));
+  EXPECT_EQ(got.number, 3U) << "the answer was 1, what broke was 2";
+  EXPECT_EQ(reader_.counters().lost, 1U);
+  EXPECT_EQ(link_->usb_counters().frames_failed, 1U);
+  EXPECT_EQ(link_->usb_counters().frames_begun, 3U);
+}
+
+TEST_F(UsbGadgetLinkTest, AnEndpointThatRefusesIsTriedAgain) {
+  host_comes();
+  port_->refusals = 2;
+  for (int i = 1; i <= 3; ++i) {
+    link_->publish(descriptor(i));
+    std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  }
+  EXPECT_TRUE(comes_true("it sends at last", [&] { return port_->sends(); }));
+  EXPECT_EQ(link_->usb_counters().frames_failed, 2U);
+}
+
+TEST_F(UsbGadgetLinkTest, ANewStreamBeginsWithAQuestionAndAfterSleepComesTheNewest) {
+  host_comes();
+  // As after a reset: enabled anew, and no word of an end.
+  port_->happens({Kind::enabled});
+  ASSERT_TRUE(comes_true("nobody listens", [&] { return link_->counters().clients == 0; }));
+  link_->publish(descriptor(1));
+  EXPECT_FALSE(port_->sends());
+  port_->give(question());
+  EXPECT_EQ(next().kind, FrameKind::response);
+
+  port_->happens({Kind::suspended});
+  port_->give(Bytes{});  // Passes behind the event, so that the link has seen it.
+  ASSERT_TRUE(comes_true("the link reads", [&] { return port_->reads(); }));
+  link_->publish(descriptor(2));
+  link_->publish(descriptor(3));
+  EXPECT_FALSE(port_->sends());
+  port_->happens({Kind::resumed});
+  EXPECT_EQ(next().payload, *descriptor(3));
+}
+
+TEST_F(UsbGadgetLinkTest, WhatIsNoRequestIsRefusedCountedAndSurvived) {
+  host_comes();
+  const Bytes replayed = question();
+  port_->give(replayed);
+  EXPECT_EQ(next().kind, FrameKind::response);
+  port_->give(replayed);
+  port_->give(Bytes(16 * 1024, std::byte{'L'}));
+  port_->give(Bytes(77, std::byte{0xEE}));
+  Bytes frame, damaged = question();
+  damaged[20] ^= std::byte{1};  // of its number
+  port_->give(damaged);
+  Bytes cut = question();
+  cut.resize(cut.size() / 2);
+  port_->give(cut);
+  ASSERT_TRUE(host_.write(FrameKind::descriptor, *descriptor(1), frame).ok());
+  port_->give(frame);
+  ASSERT_TRUE(host_.write(FrameKind::request, Bytes(50, std::byte{0xFF}), frame).ok());
+  port_->give(frame);
+  port_->give(question());
+  EXPECT_EQ(next().kind, FrameKind::response);
+  const UsbGadgetCounters c = link_->usb_counters();
+  EXPECT_EQ(c.requests, 3U);
+  EXPECT_EQ(c.from_host.replayed, 1U);
+  EXPECT_EQ(c.from_host.bad_headers, 1U);
+  EXPECT_GE(c.from_host.cut_off, 1U);
+  EXPECT_EQ(c.not_requests, 2U);
+  EXPECT_GE(c.from_host.skipped_bytes, 16U * 1024 + 77);
+  EXPECT_EQ(link_->counters().messages_refused, c.from_host.refused() + 2);
+  EXPECT_FALSE(commands_.lux_);
+}
+
+TEST_F(UsbGadgetLinkTest, AHostThatAsksWithoutReadingDoesNotFillTheProbe) {
+  host_comes();
+  for (int i = 0; i < 40; ++i) port_->give(question());
+  ASSERT_TRUE(comes_true("all were heard", [&] { return link_->usb_counters().requests == 41; }));
+  // One answer is under way, sixteen wait.
+  EXPECT_EQ(link_->usb_counters().responses_dropped, 40U - 17U);
+}
+
+TEST_F(UsbGadgetLinkTest, AHostThatAsksNoMoreGetsNoMore) {
+  host_comes();
+  EXPECT_TRUE(comes_true("it is forgotten", [&] { return link_->counters().clients == 0; },
+                         std::chrono::milliseconds(kListening.ns / 1'000'000 + 20'000)));
+  link_->publish(descriptor(1));
+  EXPECT_EQ(link_->usb_counters().unheard, 1U);
+}
+
+TEST(UsbGadgetLinkStart, FailsWithThePortsReason) {
+  FakeCommands commands;
+  auto port = std::make_unique<HandPort>();
+  port->opens = Status(StatusCode::not_found, "no FunctionFS");
+  const auto link = make_usb_gadget_link(std::move(port), 1, commands);
+  EXPECT_EQ(link->start().message(), "no FunctionFS");
+  link->stop();
+
+  const auto real = make_usb_gadget_link({.ffs = "/nonexistent"}, commands);
+  EXPECT_EQ(real->start().code(), StatusCode::not_found);
+}
+
+}  // namespace
+}  // namespace lightwell::test
