@@ -1,5 +1,5 @@
 // How a place is lit, at one moment: the immutable answer that a Probe hands out.
-//   Validity, LightsIncluded, Answer<T>   an answer, and what it is worth
+//   Validity, Derivation, LightsIncluded, Answer<T>   an answer, what it is made of, and what it is worth
 //   EnvironmentView                       the map for reflections, for engines that upload it
 //   Lighting                              irradiance, radiance and lights of one moment
 #pragma once
@@ -16,6 +16,7 @@
 #include <lightwell/descriptor.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/time.hpp>
+#include <lightwell/uncertain_pose.hpp>
 
 namespace lightwell {
 
@@ -26,7 +27,7 @@ struct Sample;
 /// May an answer be used?
 enum class Validity : std::uint8_t {
   valid,
-  stale,           ///< The numbers are real but older than ProbeOptions::max_age.
+  stale,           ///< The numbers are real but older than ProbeOptions::max_age, or may be.
   none,            ///< No descriptor has come yet; the value is zero.
   before_history,  ///< The moment asked for lies before the oldest kept; the value is zero.
   invalid_query,   ///< The question was no direction, roughness or rotation; the value is zero.
@@ -44,6 +45,28 @@ enum class Validity : std::uint8_t {
       return "before_history";
     case Validity::invalid_query:
       return "invalid_query";
+  }
+  return "unknown";
+}
+
+/// How an answer came about.
+enum class Derivation : std::uint8_t {
+  measured,      ///< One descriptor, and the moment asked for is its own, or it is the newest.
+  interpolated,  ///< Between two.
+  extrapolated,  ///< Beyond the newest: its lights moved on as they moved before, within ProbeOptions::extrapolation.
+  held,          ///< Beyond that: the newest as it was. What happened since is not known.
+};
+
+[[nodiscard]] constexpr std::string_view to_string(Derivation derivation) {
+  switch (derivation) {
+    case Derivation::measured:
+      return "measured";
+    case Derivation::interpolated:
+      return "interpolated";
+    case Derivation::extrapolated:
+      return "extrapolated";
+    case Derivation::held:
+      return "held";
   }
   return "unknown";
 }
@@ -90,13 +113,19 @@ class Lighting {
 
   /// Of the SDK; `sample` may be null where `validity` says that there is none.
   Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age,
-           Duration max_age);
+           Duration max_age, Derivation derivation = Derivation::measured);
 
   [[nodiscard]] Validity validity() const { return validity_; }
+
+  [[nodiscard]] Derivation derivation() const { return derivation_; }
 
   /// Since mid-exposure, at the moment it was asked. Of Probe::at(t): from the nearest mid-exposure
   /// to t. Never negative: what the clocks' uncertainty puts into the future counts as now.
   [[nodiscard]] Duration age() const { return age_; }
+
+  /// What age() may be off by, as far as the clocks are known (ProbeInfo::clock_uncertainty when it came). It counts
+  /// against an answer: one that may be older than max_age is stale.
+  [[nodiscard]] Duration age_uncertainty() const;
 
   /// Why this is not valid, for a person; empty where it is.
   [[nodiscard]] std::string reason() const;
@@ -121,6 +150,12 @@ class Lighting {
   /// slightly negative. That is the error which error_bound speaks of; whoever shades clamps at
   /// zero. invalid_query for a normal that is zero, NaN or infinite.
   [[nodiscard]] Answer<Irradiance> irradiance(Vec3f normal) const;
+
+  /// The same at many normals, for light maps and probes of an engine: out[i] for normals[i]. The answer's value is how many
+  /// normals were zero, NaN or infinite: their irradiance is zero, and where there is one the answer is an invalid_query,
+  /// the others as good as otherwise; so are spans of different lengths, of which nothing is written. Within 1e-5 of the
+  /// largest irradiance of irradiance(normal), as the harmonics are summed in another order.
+  Answer<std::size_t> irradiance(std::span<const Vec3f> normals, std::span<Irradiance> out) const;
 
   /// Radiance from `direction` as a surface of that perceptual roughness (alpha = r², as in glTF)
   /// sees it: the GGX-weighted mean with N = V = R = direction. Luminance in cd/m² where absolute.
@@ -151,6 +186,22 @@ class Lighting {
   /// About 20 µs. invalid_query where q is zero or not finite.
   [[nodiscard]] Lighting rotated(Quat q) const;
 
+  /// The same light in the application's own world: T_world_probe maps points of the probe into it.
+  /// Only its rotation counts: a descriptor says from which direction light comes, not from how far
+  /// away, so at the probe and beside it the light is the same. Near a lamp that is wrong by about
+  /// the distance to the probe over that to the lamp; to know better takes the lamp's place, which
+  /// two probes, or one that moved, would tell. As rotated().
+  [[nodiscard]] Lighting in_world(const Pose& T_world_probe) const;
+
+  /// The same of a pose that says how sure it is: the doubt of its rotation is added to each
+  /// light's direction_covariance (infinite where nothing is known of the rotation). The bound does
+  /// not speak of it.
+  [[nodiscard]] Lighting in_world(const UncertainPose& T_world_probe) const;
+
+  /// T_world_probe of the room, as the probe told it when this came: in_world(*mounting()). Null where the probe does not
+  /// know where it hangs, and once turned. Lives as long as this.
+  [[nodiscard]] const UncertainPose* mounting() const;
+
   [[nodiscard]] Units units() const { return descriptor().units; }
 
  private:
@@ -161,6 +212,7 @@ class Lighting {
   Validity validity_ = Validity::none;
   Duration age_;
   Duration max_age_ = kDefaultMaxAge;
+  Derivation derivation_ = Derivation::measured;
 };
 
 }  // namespace lightwell

@@ -1,30 +1,115 @@
 #include "core/clock_map.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
-#include <cstdlib>
 
 namespace lightwell::core {
+namespace {
+
+/// Of two round trips within so much the narrower is kept: kKept of them reach back over two minutes.
+constexpr Duration kApart{4'000'000'000};
+/// Corners are computed in doubles.
+constexpr double kRounding_ns = 0.5;
+/// 73 years: clocks beyond are none, and their differences could leave the range.
+constexpr std::int64_t kFar = std::int64_t{1} << 61;
+
+bool is_time(std::int64_t ns) { return ns >= -kFar && ns <= kFar; }
+
+}  // namespace
 
 void ClockMap::add(HostTime sent, ProbeTime probe, HostTime received) {
-  if (received < sent) return;
+  if (!is_time(sent.ns) || !is_time(probe.ns) || !is_time(received.ns)) return;
+  if (received < sent || (count_ > 0 && received < kept_[count_ - 1].at)) return;
   // Half first: the sum of two times can leave the range.
   const std::int64_t half = (received.ns - sent.ns) / 2;
-  const RoundTrip fresh{{probe.ns - (sent.ns + half)}, {half + 1}, received};
-  if (kept_) {
-    const Duration aged = uncertainty(received);
-    const bool contradicts =
-        std::llabs(fresh.offset.ns - kept_->offset.ns) > aged.ns + fresh.half.ns;
-    if (fresh.half > aged && !contradicts) return;
-  }
-  kept_ = fresh;
+  const RoundTrip fresh{received, {probe.ns - (sent.ns + half)}, half + 1};
+  const auto drop = [&](std::size_t k) {
+    std::move(kept_.begin() + static_cast<std::ptrdiff_t>(k) + 1, kept_.begin() + static_cast<std::ptrdiff_t>(count_),
+              kept_.begin() + static_cast<std::ptrdiff_t>(k));
+    --count_;
+  };
+  if (count_ >= 2 && kept_[count_ - 1].at - kept_[count_ - 2].at < kApart)
+    drop(kept_[count_ - 1].half_ns < kept_[count_ - 2].half_ns ? count_ - 2 : count_ - 1);
+  if (count_ == kKept) drop(0);
+  kept_[count_++] = fresh;
+  if (fit()) return;
+  kept_[0] = fresh;
+  count_ = 1;
+  (void)fit();
 }
 
-Duration ClockMap::offset() const { return kept_ ? kept_->offset : Duration{}; }
+bool ClockMap::fit() {
+  const RoundTrip& newest = kept_[count_ - 1];
+  const auto h = static_cast<double>(newest.half_ns);
+  corners_[0] = {-h, -kDrift};
+  corners_[1] = {h, -kDrift};
+  corners_[2] = {h, kDrift};
+  corners_[3] = {-h, kDrift};
+  corner_count_ = 4;
+  // Half-plane by half-plane (Sutherland & Hodgman 1974): sign (offset + drift t - seen) <= most.
+  const auto clip = [&](double sign, double t, double seen, double most) {
+    std::array<std::array<double, 2>, 2 * kKept + 8> in = corners_;
+    const std::size_t count = corner_count_;
+    const auto beyond = [&](const std::array<double, 2>& p) { return sign * (p[0] + p[1] * t - seen) - most; };
+    corner_count_ = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto &a = in[i], &b = in[(i + 1) % count];
+      const double of_a = beyond(a), of_b = beyond(b);
+      if (of_a <= kRounding_ns) corners_[corner_count_++] = a;
+      if ((of_a <= kRounding_ns) != (of_b <= kRounding_ns) && of_a != of_b) {
+        const double f = std::clamp(of_a / (of_a - of_b), 0.0, 1.0);
+        corners_[corner_count_++] = {a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1])};
+      }
+      if (corner_count_ + 2 > corners_.size()) break;
+    }
+  };
+  for (std::size_t i = 0; i + 1 < count_ && corner_count_ > 0; ++i) {
+    const RoundTrip& one = kept_[i];
+    const auto t = static_cast<double>((one.at - newest.at).ns), seen = static_cast<double>((one.offset - newest.offset).ns);
+    const double most = static_cast<double>(one.half_ns) + kWander * std::abs(t);
+    clip(1, t, seen, most);
+    if (corner_count_ > 0) clip(-1, t, seen, most);
+  }
+  if (corner_count_ == 0) return false;
+  const auto [low, high] = std::minmax_element(corners_.begin(), corners_.begin() + static_cast<std::ptrdiff_t>(corner_count_),
+                                               [](const auto& a, const auto& b) { return a[1] < b[1]; });
+  slowest_ = (*low)[1];
+  fastest_ = (*high)[1];
+  return true;
+}
+
+ClockMap::Range ClockMap::offsets(HostTime now) const {
+  const auto t = static_cast<double>((now - kept_[count_ - 1].at).ns);
+  Range out{INFINITY, -INFINITY};
+  for (std::size_t i = 0; i < corner_count_; ++i) {
+    const double offset = corners_[i][0] + corners_[i][1] * t;
+    out.low = std::min(out.low, offset);
+    out.high = std::max(out.high, offset);
+  }
+  out.low -= kWander * std::abs(t) + kRounding_ns;
+  out.high += kWander * std::abs(t) + kRounding_ns;
+  return out;
+}
+
+Duration ClockMap::offset(HostTime now) const {
+  if (!known()) return {};
+  const Range range = offsets(now);
+  return kept_[count_ - 1].offset + Duration{static_cast<std::int64_t>(std::llround((range.low + range.high) / 2))};
+}
 
 Duration ClockMap::uncertainty(HostTime now) const {
-  if (!kept_) return {};
-  const double age_ns = now > kept_->received ? static_cast<double>((now - kept_->received).ns) : 0;
-  return kept_->half + Duration{static_cast<std::int64_t>(kDrift * age_ns)};
+  if (!known()) return {};
+  const Range range = offsets(now);
+  return {static_cast<std::int64_t>(std::ceil((range.high - range.low) / 2)) + 1};
+}
+
+HostTime ClockMap::to_host(ProbeTime time) const {
+  if (!known()) return {time.ns};
+  time.ns = std::clamp(time.ns, -kFar, kFar);
+  // The offset is of the host's time, which is sought: once around is exact to 100 ppm of 100 ppm.
+  const HostTime near{time.ns - kept_[count_ - 1].offset.ns};
+  return {time.ns - offset(near).ns};
 }
 
 }  // namespace lightwell::core

@@ -4,6 +4,9 @@
 #include <utility>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/status_codec.hpp>
+
+#include "core/probe_info.hpp"
 
 namespace lightwell::core {
 namespace {
@@ -16,7 +19,14 @@ constexpr int kFirstRoundTrips = 8;
 /// So many before the clock is trusted enough to stamp descriptors with.
 constexpr int kRoundTripsBeforeStream = 2;
 
+constexpr const char* kInfoMethod = "/lightwell.v1.ProbeService/Info";
 constexpr const char* kStreamMethod = "/lightwell.v1.ProbeService/StreamDescriptors";
+
+/// A request without fields: its encoding is empty.
+grpc::ByteBuffer nothing() {
+  const grpc::Slice empty;
+  return {&empty, 1};
+}
 
 }  // namespace
 
@@ -25,7 +35,6 @@ GrpcConnection::GrpcConnection(std::shared_ptr<grpc::Channel> channel, const Pro
     : options_(options),
       queue_(queue),
       intake_(intake),
-      stub_(channel),
       generic_(channel),
       last_heard_{monotonic_now_ns()} {
   ask_info();
@@ -56,7 +65,7 @@ void GrpcConnection::on_time(HostTime now) {
 void GrpcConnection::ask_info() {
   info_context_ = std::make_unique<grpc::ClientContext>();
   info_context_->set_deadline(deadline_after(options_.connect_timeout));
-  info_call_ = stub_.PrepareAsyncInfo(info_context_.get(), v1::InfoRequest(), &queue_);
+  info_call_ = generic_.PrepareUnaryCall(info_context_.get(), kInfoMethod, nothing(), &queue_);
   info_pending_ = true;
   info_sent_ = {monotonic_now_ns()};
   info_call_->StartCall();
@@ -68,23 +77,22 @@ void GrpcConnection::on_info(bool ok) {
   info_pending_ = false;
   next_info_ = now + kInfoPeriod;
   if (closing_) return;
-  if (!ok || !info_status_.ok()) {
+  const Result<InfoAnswer> answer =
+      ok && info_status_.ok() ? decode_info(bytes_of(info_response_, bytes_)) : status_of(info_status_);
+  if (!answer) {
     // Once the stream runs, one lost answer is no reason to end it: silence is.
-    if (!streaming_) close(status_of(info_status_).message());
+    if (!streaming_) close(answer.status().message());
     return;
   }
   last_heard_ = now;
-  clock_.add(info_sent_, {static_cast<std::int64_t>(info_response_.clock_now_ns())}, now);
+  clock_.add(info_sent_, answer->clock_now, now);
   ++round_trips_;
   if (round_trips_ < kFirstRoundTrips) next_info_ = now + kFirstInfoPeriod;
   if (round_trips_ < kRoundTripsBeforeStream) {
     ask_info();
     return;
   }
-  ProbeInfo info = info_of(info_response_);
-  info.clock_offset = clock_.offset();
-  info.clock_uncertainty = clock_.uncertainty(now);
-  intake_.describe(info);
+  intake_.describe(probe_info(answer->status, clock_, now));
   if (!streaming_) start_stream();
 }
 
@@ -112,9 +120,7 @@ void GrpcConnection::on_stream_event(Op op, bool ok) {
     return;
   }
   if (op == Op::start) {
-    // StreamDescriptorsRequest has no fields: its encoding is empty.
-    const grpc::Slice nothing;
-    stream_->Write(grpc::ByteBuffer(&nothing, 1), grpc::WriteOptions().set_last_message(),
+    stream_->Write(nothing(), grpc::WriteOptions().set_last_message(),
                    tag_of(Op::write));
     return;
   }
@@ -128,7 +134,7 @@ void GrpcConnection::take_message() {
     intake_.refuse_oversized(message_.Length());
   else
     intake_.take(bytes_of(message_, bytes_), received,
-                 [&](const CaptureTime& time) { return clock_.to_host(time.mid_exposure); });
+                 [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
   message_.Clear();
   // The application's observer may have taken its time, which is no silence of the probe.
   last_heard_ = {monotonic_now_ns()};

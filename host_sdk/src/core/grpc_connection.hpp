@@ -54,12 +54,11 @@ class GrpcConnection {
   const ProbeOptions& options_;
   grpc::CompletionQueue& queue_;
   Intake& intake_;
-  v1::ProbeService::Stub stub_;
   grpc::GenericStub generic_;
 
   std::unique_ptr<grpc::ClientContext> info_context_;
-  std::unique_ptr<grpc::ClientAsyncResponseReader<v1::InfoResponse>> info_call_;
-  v1::InfoResponse info_response_;
+  std::unique_ptr<grpc::GenericClientAsyncResponseReader> info_call_;
+  grpc::ByteBuffer info_response_;
   grpc::Status info_status_;
   HostTime info_sent_, next_info_;
   int round_trips_ = 0;

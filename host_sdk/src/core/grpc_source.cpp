@@ -9,8 +9,10 @@
 
 #include <grpcpp/alarm.h>
 
-#include "core/back_off.hpp"
+#include <lightwell/back_off.hpp>
+
 #include "core/grpc_connection.hpp"
+#include "core/grpc_credentials.hpp"
 #include "core/grpc_wire.hpp"
 #include "core/source.hpp"
 
@@ -19,9 +21,11 @@ namespace {
 
 class GrpcSource final : public Source {
  public:
-  GrpcSource(std::string host_port, const ProbeOptions& options, Intake& intake)
-      : host_port_(std::move(host_port)),
+  GrpcSource(const GrpcAddress& address, const ProbeOptions& options, Intake& intake)
+      : host_port_(address.host_port),
         options_(options),
+        credentials_(address.transport == Transport::tls ? tls_credentials(options.credentials)
+                                                         : plain_credentials()),
         intake_(intake),
         back_off_(options.retry_min, options.retry_max, std::random_device{}()),
         thread_([this] { follow(); }) {}
@@ -93,7 +97,7 @@ class GrpcSource final : public Source {
 
   /// One connection until its end; true where it got as far as the stream.
   bool converse() {
-    const std::shared_ptr<grpc::Channel> channel = new_channel(host_port_);
+    const std::shared_ptr<grpc::Channel> channel = new_channel(host_port_, credentials_);
     {
       const std::lock_guard lock(channel_mutex_);
       channel_ = channel;
@@ -123,6 +127,7 @@ class GrpcSource final : public Source {
 
   const std::string host_port_;
   const ProbeOptions options_;
+  const std::shared_ptr<grpc::ChannelCredentials> credentials_;
   Intake& intake_;
   BackOff back_off_;
   grpc::CompletionQueue queue_;
@@ -136,7 +141,7 @@ class GrpcSource final : public Source {
 
 std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
                                          Intake& intake) {
-  return std::make_unique<GrpcSource>(address.host_port, options, intake);
+  return std::make_unique<GrpcSource>(address, options, intake);
 }
 
 }  // namespace lightwell::core

@@ -23,6 +23,7 @@ StatusCode code_of(grpc::StatusCode code) {
     case grpc::StatusCode::DATA_LOSS:
       return StatusCode::data_loss;
     case grpc::StatusCode::FAILED_PRECONDITION:
+    case grpc::StatusCode::UNAUTHENTICATED:
       return StatusCode::failed_precondition;
     case grpc::StatusCode::UNAVAILABLE:
     case grpc::StatusCode::CANCELLED:
@@ -35,13 +36,24 @@ StatusCode code_of(grpc::StatusCode code) {
   }
 }
 
+/// What gRPC says of a handshake, in words and with what to do.
+std::string explained(const std::string& message) {
+  const auto says = [&](std::string_view part) { return message.find(part) != std::string::npos; };
+  if (says("certificate verify failed"))
+    return "the TLS handshake failed: the certificate that this address shows has expired, or is not one that the "
+           "trusted authority vouches for; where the probe was given new keys, pair with it again (" + message + ")";
+  if (says("andshake failed")) return "the TLS handshake failed (" + message + ")";
+  return message;
+}
+
 }  // namespace
 
 gpr_timespec deadline_after(Duration from_now) {
   return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(from_now.ns, GPR_TIMESPAN));
 }
 
-std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port) {
+std::shared_ptr<grpc::Channel> new_channel(
+    const std::string& host_port, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   // A probe stands in the same room, never behind the proxy that the environment names.
@@ -52,37 +64,12 @@ std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port) {
   // descriptors a second. About 20 descriptors are allowed; the probe then leaves out what is old.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 4096);
-  return grpc::CreateCustomChannel("dns:///" + host_port, grpc::InsecureChannelCredentials(),
-                                   arguments);
+  return grpc::CreateCustomChannel("dns:///" + host_port, credentials, arguments);
 }
 
 Status status_of(const grpc::Status& status) {
   if (status.ok()) return {};
-  return {code_of(status.error_code()), status.error_message()};
-}
-
-ProbeInfo info_of(const v1::InfoResponse& response) {
-  ProbeInfo info;
-  info.name = response.probe_name();
-  info.id = response.probe_id();
-  info.calibration_id = response.calibration_id();
-  info.version = response.version();
-  info.camera = response.camera();
-  const v1::Counters& counters = response.counters();
-  info.counters = {.frames = counters.frames(),
-                   .captures_dropped = counters.captures_dropped(),
-                   .brackets_incomplete = counters.brackets_incomplete(),
-                   .estimates = counters.estimates(),
-                   .estimates_failed = counters.estimates_failed(),
-                   .descriptors_coalesced = counters.descriptors_coalesced(),
-                   .clients = counters.clients(),
-                   .frames_recorded = counters.frames_recorded(),
-                   .recording_faults = counters.recording_faults(),
-                   .frames_lost = counters.frames_lost(),
-                   .setting_moves = counters.setting_moves(),
-                   .estimates_late = counters.estimates_late(),
-                   .estimates_late_at_fast = counters.estimates_late_at_fast()};
-  return info;
+  return {code_of(status.error_code()), explained(status.error_message())};
 }
 
 std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer,

@@ -9,6 +9,7 @@
 
 #include <grpc/support/time.h>
 #include <grpcpp/channel.h>
+#include <grpcpp/security/credentials.h>
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/status.h>
 
@@ -24,13 +25,11 @@ namespace lightwell::core {
 
 /// One new TCP connection, whatever channels there were before: a dead connection is not found
 /// again.
-[[nodiscard]] std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port);
+[[nodiscard]] std::shared_ptr<grpc::Channel> new_channel(
+    const std::string& host_port, const std::shared_ptr<grpc::ChannelCredentials>& credentials);
 
 /// The code that lies nearest, and gRPC's message.
 [[nodiscard]] Status status_of(const grpc::Status& status);
-
-/// Without the clock.
-[[nodiscard]] ProbeInfo info_of(const v1::InfoResponse& response);
 
 /// The bytes of a message, in one piece, in `storage` whose memory is used again.
 [[nodiscard]] std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer,

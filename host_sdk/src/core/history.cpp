@@ -8,10 +8,48 @@
 namespace lightwell::core {
 namespace {
 
-Lighting held(std::shared_ptr<const Sample> sample, HostTime time, Duration max_age) {
+/// Stale where it may be, by what the clocks leave possible.
+Validity validity_of(Duration age, const Sample& sample, Duration max_age) {
+  return age + sample.time_uncertainty > max_age ? Validity::stale : Validity::valid;
+}
+
+Lighting held(std::shared_ptr<const Sample> sample, HostTime time, Duration max_age,
+              Derivation derivation = Derivation::measured) {
   const Duration age = std::max(time - sample->mid_exposure, Duration{});
-  const Validity validity = age > max_age ? Validity::stale : Validity::valid;
-  return {std::move(sample), validity, age, max_age};
+  const Validity validity = validity_of(age, *sample, max_age);
+  return {std::move(sample), validity, age, max_age, derivation};
+}
+
+/// Between or beyond two samples: what is of their light is made anew, the rest is the nearer one's.
+std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& nearer, HostTime time) {
+  Sample made = sample_of(std::move(descriptor));
+  made.mid_exposure = time;
+  made.time_uncertainty = nearer.time_uncertainty;
+  made.received = nearer.received;
+  made.encoded_bytes = nearer.encoded_bytes;
+  made.environment = nearer.environment;
+  made.environment_rotation = nearer.environment_rotation;
+  made.T_world_probe = nearer.T_world_probe;
+  return std::make_shared<const Sample>(std::move(made));
+}
+
+Lighting beyond_newest(const History& history, HostTime time, Duration max_age, Duration extrapolation) {
+  const auto& samples = history.samples;
+  const std::shared_ptr<const Sample>& newest = samples.back();
+  const Duration ahead = time - newest->mid_exposure;
+  if (ahead > extrapolation) return held(newest, time, max_age, Derivation::held);
+  // From as far back as it goes ahead, or the next before that: a shorter way back would make more of the noise.
+  const auto from = std::upper_bound(samples.begin(), samples.end() - 1, newest->mid_exposure - ahead,
+                                     [](HostTime t, const auto& sample) { return t < sample->mid_exposure; });
+  if (from == samples.begin()) return held(newest, time, max_age, Derivation::held);
+  const Sample& before = **(from - 1);
+  const Duration back = newest->mid_exposure - before.mid_exposure;
+  // Across a hole nobody knows which way the lights took.
+  if (back > max_age) return held(newest, time, max_age, Derivation::held);
+  const auto f = static_cast<float>(ahead.seconds() / back.seconds());
+  const Validity validity = validity_of(ahead, *newest, max_age);
+  return {made_of(extrapolated(before.descriptor, newest->descriptor, f), *newest, time), validity, ahead, max_age,
+          Derivation::extrapolated};
 }
 
 }  // namespace
@@ -37,7 +75,7 @@ Lighting newest_lighting(const History* history, HostTime now, Duration max_age)
   return held(history->samples.back(), now, max_age);
 }
 
-Lighting lighting_at(const History* history, HostTime time, Duration max_age) {
+Lighting lighting_at(const History* history, HostTime time, Duration max_age, Duration extrapolation) {
   if (history == nullptr) return {nullptr, Validity::none, {}, max_age};
   const auto& samples = history->samples;
   const auto next =
@@ -45,22 +83,19 @@ Lighting lighting_at(const History* history, HostTime time, Duration max_age) {
                        [](HostTime t, const auto& sample) { return t < sample->mid_exposure; });
   if (next == samples.begin()) return {nullptr, Validity::before_history, {}, max_age};
   const std::shared_ptr<const Sample>& before = *(next - 1);
-  if (next == samples.end() || before->mid_exposure == time) return held(before, time, max_age);
+  if (before->mid_exposure == time) return held(before, time, max_age);
+  if (next == samples.end()) return beyond_newest(*history, time, max_age, extrapolation);
 
   const std::shared_ptr<const Sample>& after = *next;
   const Duration span = after->mid_exposure - before->mid_exposure;
   const Duration into = time - before->mid_exposure;
   const auto f = static_cast<float>(into.seconds() / span.seconds());
-  Sample blended = sample_of(interpolated(before->descriptor, after->descriptor, f));
   const Sample& nearer = f < 0.5F ? *before : *after;
-  blended.mid_exposure = time;
-  blended.received = nearer.received;
-  blended.encoded_bytes = nearer.encoded_bytes;
-  blended.environment = nearer.environment;
   // How far the nearest measurement is: across a hole in the past the answer is a guess, and stale.
   const Duration age = std::min(into, span - into);
-  const Validity validity = age > max_age ? Validity::stale : Validity::valid;
-  return {std::make_shared<const Sample>(std::move(blended)), validity, age, max_age};
+  const Validity validity = validity_of(age, nearer, max_age);
+  return {made_of(interpolated(before->descriptor, after->descriptor, f), nearer, time), validity, age, max_age,
+          Derivation::interpolated};
 }
 
 }  // namespace lightwell::core

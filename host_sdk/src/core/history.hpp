@@ -28,6 +28,6 @@ struct History {
 [[nodiscard]] Lighting newest_lighting(const History* history, HostTime now, Duration max_age);
 
 /// As Probe::at().
-[[nodiscard]] Lighting lighting_at(const History* history, HostTime time, Duration max_age);
+[[nodiscard]] Lighting lighting_at(const History* history, HostTime time, Duration max_age, Duration extrapolation);
 
 }  // namespace lightwell::core

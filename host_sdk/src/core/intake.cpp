@@ -21,9 +21,14 @@ std::string in_seconds(Duration d) {
 Intake::Intake(const ProbeOptions& options)
     : capacity_(static_cast<std::size_t>(options.history)),
       max_age_(options.max_age),
+      extrapolation_(options.extrapolation),
       on_descriptor_(options.on_descriptor) {}
 
 void Intake::describe(const ProbeInfo& info) {
+  if (!info.T_world_probe)
+    T_world_probe_.reset();
+  else if (!T_world_probe_ || *T_world_probe_ != *info.T_world_probe)
+    T_world_probe_ = std::make_shared<const UncertainPose>(*info.T_world_probe);
   const std::lock_guard lock(mutex_);
   info_ = info;
   described_ = true;
@@ -39,10 +44,26 @@ void Intake::take(std::span<const std::byte> bytes, HostTime received,
     stats_.last_error = decoded.status().message();
     return;
   }
+  const std::optional<MappedTime> mapped = host_time_of(decoded->time);
+  if (!mapped) {
+    const std::lock_guard lock(mutex_);
+    ++stats_.untimely;
+    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) + " is not newer than what came before, or from the future";
+    return;
+  }
+  if (seen_before(*decoded)) {
+    const std::lock_guard lock(mutex_);
+    ++stats_.replayed;
+    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) + " came again after a newer one";
+    return;
+  }
+  newest_ = {decoded->probe_id, decoded->sequence, decoded->time.mid_exposure};
   auto sample = std::make_shared<Sample>(sample_of(std::move(*decoded)));
-  sample->mid_exposure = host_time_of(sample->descriptor.time);
+  sample->mid_exposure = mapped->at;
+  sample->time_uncertainty = mapped->uncertainty;
   sample->received = received;
   sample->encoded_bytes = bytes.size();
+  sample->T_world_probe = T_world_probe_;
   const bool understood = environments_.take(sample->descriptor);
   sample->environment = environments_.map_for(sample->descriptor);
   const std::shared_ptr<const Sample> shared = std::move(sample);
@@ -52,6 +73,12 @@ void Intake::take(std::span<const std::byte> bytes, HostTime received,
   count(shared->descriptor, bytes.size(), understood);
   if (on_descriptor_)
     on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
+}
+
+bool Intake::seen_before(const Descriptor& descriptor) const {
+  // A daemon that started again counts from the start, but its machine's clock went on.
+  return newest_ && descriptor.probe_id == newest_->probe_id && descriptor.sequence <= newest_->sequence &&
+         descriptor.time.mid_exposure <= newest_->mid_exposure;
 }
 
 void Intake::count(const Descriptor& descriptor, std::size_t bytes, bool map_understood) {
@@ -73,9 +100,22 @@ void Intake::refuse_oversized(std::size_t bytes) {
                       " bytes; a descriptor has at most " + std::to_string(kMaxDescriptorBytes);
 }
 
+void Intake::note_link(std::uint64_t lost, std::uint64_t refused) {
+  const std::lock_guard lock(mutex_);
+  stats_.frames_lost = lost;
+  stats_.frames_refused = refused;
+}
+
+void Intake::refuse(const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  ++stats_.undecodable;
+  stats_.last_error = why;
+}
+
 void Intake::set_state(LinkState state) {
   const std::lock_guard lock(mutex_);
   if (state == LinkState::connected && stats_.state != LinkState::connected) {
+    begin_anew();
     if (was_connected_) ++stats_.reconnects;
     was_connected_ = true;
   }
@@ -95,7 +135,7 @@ Lighting Intake::latest(HostTime now) const {
 
 Lighting Intake::at(HostTime time) const {
   const std::shared_ptr<const History> history = store_.read();
-  return lighting_at(history.get(), time, max_age_);
+  return lighting_at(history.get(), time, max_age_, extrapolation_);
 }
 
 Status Intake::wait_until_described(Duration timeout) const {

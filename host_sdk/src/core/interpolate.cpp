@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <numbers>
+
+#include <lightwell/harmonics.hpp>
 
 #include "core/light_transport.hpp"
+#include "core/receiver_lights.hpp"
 
 namespace lightwell::core {
 namespace {
@@ -87,7 +92,48 @@ ErrorBound worse(const ErrorBound& a, const ErrorBound& b) {
           std::max(a.quantization, b.quantization), std::max(a.smoothing, b.smoothing)};
 }
 
+/// RMS over all normals, as luminance.
+double rms_irradiance(const Descriptor& d) {
+  constexpr int kNormals = 64;
+  const IrradianceSh harmonics = irradiance_of(d.radiance);
+  const std::vector<ReceiverLight> lights = receiver_lights(d.lights);
+  double sum = 0;
+  for (int i = 0; i < kNormals; ++i) {
+    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y), phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const Vec3d n{s * std::cos(phi), y, s * std::sin(phi)};
+    const double e = (evaluate(harmonics, vec_cast<float>(n)) + irradiance_on(lights, n)).luminance();
+    sum += e * e;
+  }
+  return std::sqrt(sum / kNormals);
+}
+
 }  // namespace
+
+Descriptor extrapolated(const Descriptor& before, const Descriptor& newest, float f) {
+  Descriptor out = newest;
+  if (before.units != newest.units || before.calibration_id != newest.calibration_id || before.probe_id != newest.probe_id || !(f > 0))
+    return out;
+  out.time.mid_exposure.ns += static_cast<std::int64_t>(
+      static_cast<double>((newest.time.mid_exposure - before.time.mid_exposure).ns) * static_cast<double>(f));
+  double moved2 = 0;
+  for (Light& light : out.lights) {
+    const Light* earlier = with_track(before.lights, light.track);
+    if (earlier == nullptr) continue;
+    const Vec3d from = vec_cast<double>(earlier->direction), to = vec_cast<double>(light.direction);
+    const double turn = angle_between(from, to);
+    if (!(turn > 0)) continue;
+    const double share = std::min(static_cast<double>(f), std::numbers::pi / turn);
+    light = turned(light, partial_turn(from, to, share));
+    // A lamp that turns by a small angle changes the clipped cosine by sin(theta) cos(phi) of it: over all normals, RMS, by
+    // the angle over sqrt(6).
+    moved2 += std::pow(share * turn * static_cast<double>(light.irradiance.luminance()), 2) / 6;
+  }
+  if (moved2 > 0) {
+    const double rms = rms_irradiance(newest);
+    out.bound.total += rms > 0 ? static_cast<float>(std::sqrt(moved2) / rms) : std::numeric_limits<float>::infinity();
+  }
+  return out;
+}
 
 Descriptor interpolated(const Descriptor& a, const Descriptor& b, float f) {
   const Descriptor& nearer = f < 0.5F ? a : b;

@@ -5,6 +5,7 @@
 
 #include <lightwell/descriptor.hpp>
 #include <lightwell/geometry.hpp>
+#include <lightwell/uncertain_pose.hpp>
 
 namespace lightwell::core {
 
@@ -16,5 +17,8 @@ namespace lightwell::core {
 
 /// The light in a frame turned by q, p_new = q p_old.
 [[nodiscard]] Light turned(const Light& light, Quat q);
+
+/// The light's direction covariance with that of a frame's rotation added; both in the frame that the light is in now.
+[[nodiscard]] std::array<float, 3> doubted(const Light& light, const PoseCovariance& covariance);
 
 }  // namespace lightwell::core

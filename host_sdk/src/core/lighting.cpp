@@ -9,6 +9,7 @@
 #include <lightwell/lobes.hpp>
 #include <lightwell/query.hpp>
 
+#include "core/irradiance_rows.hpp"
 #include "core/light_transport.hpp"
 #include "core/sample.hpp"
 
@@ -52,8 +53,8 @@ RadianceSh convolved(const RadianceSh& sh, const std::array<double, kMaxBand + 1
 }  // namespace
 
 Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age,
-                   Duration max_age)
-    : sample_(std::move(sample)), validity_(validity), age_(age), max_age_(max_age) {}
+                   Duration max_age, Derivation derivation)
+    : sample_(std::move(sample)), validity_(validity), age_(age), max_age_(max_age), derivation_(derivation) {}
 
 Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
   core::Sample made = core::sample_of(std::move(descriptor));
@@ -70,10 +71,10 @@ std::string Lighting::reason() const {
     case Validity::valid:
       return {};
     case Validity::stale: {
-      std::array<char, 96> text{};
+      std::array<char, 160> text{};
       std::snprintf(text.data(), text.size(),
-                    "%.0f ms from the nearest descriptor, and max_age is %.0f ms",
-                    age_.milliseconds(), max_age_.milliseconds());
+                    "%.0f ms from the nearest descriptor (as far as the clocks are known: within %.3g ms), and max_age is %.0f ms",
+                    age_.milliseconds(), age_uncertainty().milliseconds(), max_age_.milliseconds());
       return text.data();
     }
     case Validity::none:
@@ -81,10 +82,12 @@ std::string Lighting::reason() const {
     case Validity::before_history:
       return "the moment lies before the oldest descriptor kept; ProbeOptions::history keeps more";
     case Validity::invalid_query:
-      return "the rotation is zero or not finite";
+      return "the rotation is zero or not finite, or nobody said where the probe is";
   }
   return {};
 }
+
+Duration Lighting::age_uncertainty() const { return sample_ ? sample_->time_uncertainty : Duration{}; }
 
 const Descriptor& Lighting::descriptor() const {
   return sample_ ? sample_->descriptor : no_sample().descriptor;
@@ -121,14 +124,24 @@ Answer<T> Lighting::answer() const {
 Answer<Irradiance> Lighting::irradiance(Vec3f normal) const {
   auto out = answer<Irradiance>();
   if (!sample_) return out;
-  const Vec3f n = normalized(normal);
-  if (n == kZero) {
+  if (!core::irradiance_one(sample_->irradiance, sample_->receiver_lights, normal, out.value))
     out.validity = Validity::invalid_query;
-    return out;
-  }
-  out.value = evaluate(sample_->irradiance, n);
-  out.value += lights_irradiance(sample_->descriptor.lights, normal);
   return out;
+}
+
+Answer<std::size_t> Lighting::irradiance(std::span<const Vec3f> normals, std::span<Irradiance> out) const {
+  auto answered = answer<std::size_t>();
+  if (normals.size() != out.size()) {
+    answered.validity = Validity::invalid_query;
+    return answered;
+  }
+  if (!sample_) {
+    std::fill(out.begin(), out.end(), Irradiance{});
+    return answered;
+  }
+  answered.value = core::irradiance_rows(sample_->irradiance, sample_->receiver_lights, normals, out);
+  if (answered.value > 0) answered.validity = Validity::invalid_query;
+  return answered;
 }
 
 Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness) const {
@@ -159,6 +172,8 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
   return out;
 }
 
+const UncertainPose* Lighting::mounting() const { return sample_ ? sample_->T_world_probe.get() : nullptr; }
+
 Lighting Lighting::rotated(Quat q) const {
   if (!sample_) return *this;
   const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
@@ -167,11 +182,24 @@ Lighting Lighting::rotated(Quat q) const {
   const Quat turn = q.normalized();
   core::Sample out = *sample_;
   out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);
-  out.irradiance = irradiance_of(out.descriptor.radiance);
   for (Light& light : out.descriptor.lights) light = core::turned(light, turn);
+  core::prepare(out);
   out.descriptor.environment.reset();
   out.environment_rotation = turn * out.environment_rotation;
-  return {std::make_shared<const core::Sample>(std::move(out)), validity_, age_, max_age_};
+  out.T_world_probe.reset();
+  return {std::make_shared<const core::Sample>(std::move(out)), validity_, age_, max_age_, derivation_};
+}
+
+Lighting Lighting::in_world(const Pose& T_world_probe) const { return rotated(T_world_probe.rotation); }
+
+Lighting Lighting::in_world(const UncertainPose& T_world_probe) const {
+  Lighting turned = in_world(T_world_probe.pose);
+  if (!turned.sample_) return turned;
+  core::Sample out = *turned.sample_;
+  for (Light& light : out.descriptor.lights)
+    light.direction_covariance = core::doubted(light, T_world_probe.covariance);
+  turned.sample_ = std::make_shared<const core::Sample>(std::move(out));
+  return turned;
 }
 
 }  // namespace lightwell

@@ -1,13 +1,27 @@
+#include <cmath>
+#include <fstream>
 #include <utility>
 #include <variant>
 
 #include <lightwell/probe.hpp>
 
+#include "core/credential_store.hpp"
 #include "core/intake.hpp"
 #include "core/source.hpp"
 #include "core/uri.hpp"
 
 namespace lightwell {
+
+namespace {
+
+constexpr const char* kAsk =
+    "; is lightwelld running there, and is its grpc.listen an address that this machine reaches?";
+constexpr const char* kAskTls =
+    "; is lightwelld running there with grpc.security, and was it paired with (`lightwell pair`)? One that wants "
+    "certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection of a client whose own is missing, expired or of "
+    "another authority";
+
+}  // namespace
 
 std::string_view version() { return LIGHTWELL_VERSION; }
 
@@ -17,17 +31,51 @@ Status ProbeOptions::validate() const {
   };
   if (max_age.ns <= 0) return refused("max_age must be above zero");
   if (history < 1 || history > 4096) return refused("history must be 1 to 4096");
+  if (extrapolation.ns < 0 || extrapolation > Duration::from_seconds(1))
+    return refused("extrapolation must be 0 to 1 s");
   if (connect_timeout.ns <= 0) return refused("connect_timeout must be above zero");
   if (retry_min.ns <= 0) return refused("retry_min must be above zero");
   if (retry_max < retry_min) return refused("retry_max must not be below retry_min");
   if (silence_limit < Duration::from_seconds(2))
     return refused("silence_limit must be 2 s or more, for the probe is asked once a second");
+  if (T_world_probe) {
+    const Quat q = T_world_probe->pose.rotation;
+    const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    if (!(squared > 0) || !std::isfinite(squared))
+      return refused("T_world_probe's rotation must not be zero and must be finite");
+  }
+  if (Status s = credentials.validate(); !s.ok()) return s;
+  return mqtt.validate();
+}
+
+Status MqttCredentials::validate() const {
+  if (certificate_file.empty() != key_file.empty())
+    return {StatusCode::invalid_argument,
+            "MqttCredentials: certificate_file and key_file come together or not at all"};
+  if (user.empty() && !password.empty())
+    return {StatusCode::invalid_argument, "MqttCredentials: a password without a user"};
+  for (const auto& [field, path] : {std::pair{"ca_file", &ca_file},
+                                    {"certificate_file", &certificate_file},
+                                    {"key_file", &key_file}})
+    if (!path->empty() && !std::ifstream(*path).good())
+      return {StatusCode::not_found,
+              "MqttCredentials: " + std::string(field) + ": " + *path + " cannot be read"};
   return {};
 }
 
+namespace {
+
+/// At the head of a message; `usb:` has a colon already.
+std::string named(std::string_view uri) {
+  return std::string(uri) + (uri.ends_with(':') ? " " : ": ");
+}
+
+}  // namespace
+
 struct Probe::Impl {
-  explicit Impl(const ProbeOptions& options) : intake(options) {}
+  explicit Impl(const ProbeOptions& options) : intake(options), T_world_probe(options.T_world_probe) {}
   core::Intake intake;
+  const std::optional<UncertainPose> T_world_probe;
   std::unique_ptr<core::Source> source;  // behind the intake, so that its thread ends first
 };
 
@@ -48,16 +96,58 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
     impl->source = std::move(*source);
     return Probe(std::move(impl));
   }
-  impl->source = core::make_grpc_source(std::get<core::GrpcAddress>(*where), options, impl->intake);
+  if (const auto* usb = std::get_if<core::UsbAddress>(&*where)) {
+    Result<std::unique_ptr<core::Source>> source = core::make_usb_source(*usb, options, impl->intake);
+    if (!source.ok())
+      return Status(source.status().code(), named(uri) + source.status().message());
+    impl->source = std::move(*source);
+    const Status described = impl->intake.wait_until_described(options.connect_timeout);
+    if (!described.ok())
+      return Status(described.code(), named(uri) + described.message() +
+                                          "; is the probe plugged in with a cable that carries data, and does its "
+                                          "configuration have usb_gadget?");
+    return Probe(std::move(impl));
+  }
+  if (const auto* broker = std::get_if<MqttAddress>(&*where))
+    return connect_at_broker(*broker, options, std::move(impl));
+  const auto& address = std::get<core::GrpcAddress>(*where);
+  Result<ProbeCredentials> credentials = core::credentials_for(options.credentials, address);
+  if (!credentials.ok())
+    return Status(credentials.status().code(),
+                  std::string(uri) + ": " + credentials.status().message());
+  options.credentials = std::move(*credentials);
+  impl->source = core::make_grpc_source(address, options, impl->intake);
   const Status described = impl->intake.wait_until_described(options.connect_timeout);
   if (!described.ok())
     return Status(described.code(), std::string(uri) + ": " + described.message() +
-                                        "; is lightwelld running there, and is its grpc.listen an "
-                                        "address that this machine reaches?");
+                                        (address.transport == core::Transport::tls ? kAskTls : kAsk));
   return Probe(std::move(impl));
 }
 
+Result<Probe> Probe::connect_at_broker(const MqttAddress& broker,
+                                       [[maybe_unused]] const ProbeOptions& options,
+                                       [[maybe_unused]] std::unique_ptr<Impl> impl) {
+#ifdef LIGHTWELL_HAVE_MQTT
+  impl->source = core::make_mqtt_source(broker, options, impl->intake);
+  const Status described = impl->intake.wait_until_described(options.connect_timeout);
+  if (!described.ok()) return Status(described.code(), broker.uri() + ": " + described.message());
+  return Probe(std::move(impl));
+#else
+  return Status(StatusCode::failed_precondition,
+                broker.uri() + ": this SDK was built without MQTT; install libmosquitto-dev and build it again");
+#endif
+}
+
 Lighting Probe::latest() const { return impl_->intake.latest({monotonic_now_ns()}); }
+Lighting Probe::latest_in_world() const {
+  const Lighting light = latest();
+  const UncertainPose* T_world_probe = impl_->T_world_probe ? &*impl_->T_world_probe : light.mounting();
+  // Before the first descriptor that is the reason, whether or not the probe will know where it hangs.
+  if (light.validity() == Validity::none || T_world_probe == nullptr)
+    return {nullptr, light.validity() == Validity::none ? Validity::none : Validity::invalid_query, {},
+            Lighting::kDefaultMaxAge};
+  return light.in_world(*T_world_probe);
+}
 Lighting Probe::at(HostTime time) const { return impl_->intake.at(time); }
 
 Result<Lighting> Probe::wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const {

@@ -86,8 +86,10 @@ class ReplaySource final : public Source {
         continue;
       }
       const HostTime received{monotonic_now_ns()};
+      // Whoever recorded may have seen the probe start again; a file is not sent again by anybody.
+      intake_.begin_anew();
       intake_.take(record.payload, received,
-                   [&](const CaptureTime& time) { return clock.host_time(time, received); });
+                   [&](const CaptureTime& time) { return MappedTime{clock.host_time(time, received), {}}; });
     }
     if (reader_.torn_bytes() > 0)
       intake_.report_error("the recording was cut off: its last " +

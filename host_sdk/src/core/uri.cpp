@@ -4,14 +4,18 @@
 #include <cmath>
 #include <optional>
 #include <system_error>
+#include <utility>
 
+#include <lightwell/pairing.hpp>
 #include <lightwell/probe.hpp>
 
 namespace lightwell::core {
 namespace {
 
 constexpr std::string_view kGrpc = "grpc://";
+constexpr std::string_view kGrpcs = "grpcs://";
 constexpr std::string_view kReplay = "replay:";
+constexpr std::string_view kUsb = "usb:";
 constexpr std::string_view kSpeed = "?speed=";
 
 template <class Number>
@@ -27,8 +31,8 @@ Status refused(std::string_view uri, std::string_view why) {
           "'" + std::string(uri) + "' is no address of a probe: " + std::string(why)};
 }
 
-Result<ProbeUri> parse_grpc(std::string_view uri) {
-  std::string_view rest = uri.substr(kGrpc.size());
+Result<GrpcAddress> parse_grpc(std::string_view uri, Transport transport, int default_port) {
+  std::string_view rest = uri.substr((transport == Transport::tls ? kGrpcs : kGrpc).size());
   if (rest.ends_with('/')) rest.remove_suffix(1);
   // The colon of a port stands behind a bracketed address, never inside.
   const std::size_t bracket = rest.rfind(']');
@@ -42,10 +46,10 @@ Result<ProbeUri> parse_grpc(std::string_view uri) {
       rest.find(':', colon + 1) != std::string_view::npos)
     return refused(uri, "an IPv6 address wants brackets, grpc://[::1]:7420");
   if (colon == std::string_view::npos)
-    return ProbeUri(GrpcAddress{std::string(host) + ":" + std::to_string(kDefaultPort)});
+    return GrpcAddress{std::string(host) + ":" + std::to_string(default_port), transport};
   const std::optional<int> port = number_of<int>(rest.substr(colon + 1));
   if (!port || *port < 1 || *port > 65535) return refused(uri, "the port is a number, 1 to 65535");
-  return ProbeUri(GrpcAddress{std::string(host) + ":" + std::to_string(*port)});
+  return GrpcAddress{std::string(host) + ":" + std::to_string(*port), transport};
 }
 
 Result<ProbeUri> parse_replay(std::string_view uri) {
@@ -63,12 +67,41 @@ Result<ProbeUri> parse_replay(std::string_view uri) {
   return ProbeUri(std::move(replay));
 }
 
+/// What a USB string descriptor holds, and no more: 126 characters, of which none can be mistaken for a path or an option.
+Result<ProbeUri> parse_usb(std::string_view uri) {
+  const std::string_view serial = uri.substr(kUsb.size());
+  if (serial.size() > 126) return refused(uri, "a serial number has at most 126 characters");
+  for (const char c : serial)
+    if (c <= ' ' || c > '~' || c == '/' || c == '?' || c == '#')
+      return refused(uri, "usb: is the only probe that is plugged in, usb:SERIAL the one with this serial number");
+  return ProbeUri(UsbAddress{std::string(serial)});
+}
+
 }  // namespace
 
 Result<ProbeUri> parse_probe_uri(std::string_view uri) {
-  if (uri.starts_with(kGrpc)) return parse_grpc(uri);
   if (uri.starts_with(kReplay)) return parse_replay(uri);
-  return refused(uri, "known are grpc://HOST:PORT and replay:PATH");
+  if (uri.starts_with(kUsb)) return parse_usb(uri);
+  if (uri.starts_with("mqtt://") || uri.starts_with("mqtts://")) {
+    Result<MqttAddress> address = parse_mqtt_address(uri);
+    if (!address.ok()) return address.status();
+    return ProbeUri(std::move(*address));
+  }
+  const bool tls = uri.starts_with(kGrpcs);
+  if (!tls && !uri.starts_with(kGrpc))
+    return refused(uri,
+                   "known are grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER:PORT/TOPIC (mqtts:// with TLS) and "
+                   "replay:PATH");
+  Result<GrpcAddress> address =
+      parse_grpc(uri, tls ? Transport::tls : Transport::plain, kDefaultPort);
+  if (!address.ok()) return address.status();
+  return ProbeUri(std::move(*address));
+}
+
+Result<GrpcAddress> parse_pairing_uri(std::string_view uri) {
+  if (!uri.starts_with(kGrpcs))
+    return refused(uri, "a probe is paired with over TLS; grpcs://HOST or grpcs://HOST:PORT is one");
+  return parse_grpc(uri, Transport::tls, kDefaultPairingPort);
 }
 
 }  // namespace lightwell::core

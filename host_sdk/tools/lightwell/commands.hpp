@@ -10,6 +10,7 @@ enum class Output { text, json };
 
 struct WatchOptions {
   std::string uri;
+  std::string credentials;  ///< Folder; empty: looked up.
   double seconds = 0;  ///< 0: until it ends or is interrupted.
   std::string record;  ///< Empty: none.
   Output output = Output::text;
@@ -18,6 +19,7 @@ int run_watch(const WatchOptions& options);
 
 struct QueryOptions {
   std::string uri;
+  std::string credentials;  ///< Folder; empty: looked up.
   std::string normal, direction;  ///< "x,y,z", or empty.
   double roughness = 1;
   bool lights = false;
@@ -27,6 +29,7 @@ int run_query(const QueryOptions& options);
 
 struct RecordOptions {
   std::string uri, file;
+  std::string credentials;
   double seconds = 0;
 };
 int run_record(const RecordOptions& options);
@@ -39,8 +42,23 @@ int run_replay(const ReplayOptions& options);
 
 struct InfoOptions {
   std::string uri;
+  std::string credentials;  ///< Folder; empty: looked up.
   Output output = Output::text;
 };
 int run_info(const InfoOptions& options);
+
+struct DiscoverCommand {
+  double timeout = 2;
+  std::string broker, ca_file, login_file;  ///< Empty: none.
+  Output output = Output::text;
+};
+int run_discover(const DiscoverCommand& command);
+
+struct PairCommand {
+  std::string uri, code;    ///< No code: it is asked for.
+  std::string name, store;  ///< Empty: the SDK's defaults.
+  Output output = Output::text;
+};
+int run_pair(const PairCommand& command);
 
 }  // namespace lightwell::tool

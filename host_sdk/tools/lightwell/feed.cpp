@@ -5,6 +5,8 @@
 #include <csignal>
 #include <utility>
 
+#include "broker_login.hpp"
+
 namespace lightwell::tool {
 namespace {
 
@@ -21,9 +23,17 @@ void stop_on_signals() {
 
 bool stop_requested() { return signal_seen != 0; }
 
-Result<std::unique_ptr<Feed>> Feed::open(const std::string& uri) {
+Result<ProbeOptions> options_with(const std::string& credentials) {
+  Result<ProbeOptions> options = probe_options();
+  if (options.ok()) options->credentials.folder = credentials;
+  return options;
+}
+
+Result<std::unique_ptr<Feed>> Feed::open(const std::string& uri, const std::string& credentials) {
   std::unique_ptr<Feed> feed(new Feed);
-  ProbeOptions options;
+  Result<ProbeOptions> made = options_with(credentials);
+  if (!made.ok()) return made.status();
+  ProbeOptions& options = *made;
   options.on_descriptor = [raw = feed.get()](const Arrival& arrival) { raw->put(arrival); };
   Result<Probe> probe = Probe::connect(uri, std::move(options));
   if (!probe.ok()) return probe.status();

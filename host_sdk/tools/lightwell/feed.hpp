@@ -21,11 +21,15 @@ struct Item {
   HostTime mid_exposure, received, stored;
 };
 
+/// probe_options(), and the folder of a paired probe where one is named.
+[[nodiscard]] Result<ProbeOptions> options_with(const std::string& credentials);
+
 /// Follows one probe. Nothing is lost here: a tool that is slow holds the reader up, a recording
 /// waits, and a probe drops and shows it in its sequence.
 class Feed {
  public:
-  [[nodiscard]] static Result<std::unique_ptr<Feed>> open(const std::string& uri);
+  [[nodiscard]] static Result<std::unique_ptr<Feed>> open(const std::string& uri,
+                                                          const std::string& credentials);
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
   ~Feed();

@@ -67,7 +67,7 @@ std::string Figures::json(std::string_view kind, double seconds, const LinkStats
       .texts("flags", flag_names(newest_.flags))
       .number("sequence", static_cast<double>(newest_.sequence))
       .number("gaps", static_cast<double>(stats.gaps))
-      .number("rejected", static_cast<double>(stats.oversized + stats.undecodable))
+      .number("rejected", static_cast<double>(stats.oversized + stats.undecodable + stats.replayed + stats.frames_refused + stats.untimely))
       .number("reconnects", static_cast<double>(stats.reconnects))
       .number("clock_uncertainty_ms", info.clock_uncertainty.milliseconds())
       .text("state", to_string(stats.state));

@@ -4,6 +4,7 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "feed.hpp"
 #include "json_line.hpp"
 #include "map_wait.hpp"
 
@@ -34,16 +35,29 @@ std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>&
       .number("setting_moves", count(counters.setting_moves))
       .number("estimates_late", count(counters.estimates_late))
       .number("estimates_late_at_fast", count(counters.estimates_late_at_fast))
+      .number("messages_refused", count(counters.messages_refused))
+      .number("authentication_failures", count(counters.authentication_failures))
       .number("environment_edge", environment ? environment->map.levels.front().edge : 0)
       .number("environment_levels",
               environment ? static_cast<double>(environment->map.levels.size()) : 0);
+  if (const auto& hangs = info.T_world_probe) {
+    const auto& [q, t] = hangs->pose;
+    const auto list = [](std::initializer_list<double> values) {
+      std::string out;
+      for (const double v : values) out += (out.empty() ? "[" : ",") + json_number(v);
+      return out + "]";
+    };
+    line.raw("position_m", list({t.x, t.y, t.z})).raw("orientation_xyzw", list({q.x, q.y, q.z, q.w}));
+  }
   return line.str();
 }
 
 }  // namespace
 
 int run_info(const InfoOptions& options) {
-  const Result<Probe> probe = Probe::connect(options.uri);
+  const Result<ProbeOptions> how = options_with(options.credentials);
+  if (!how.ok()) return fail(how.status());
+  const Result<Probe> probe = Probe::connect(options.uri, *how);
   if (!probe.ok()) return fail(probe.status());
   const Lighting lighting = lighting_with_map(*probe);
   const std::optional<EnvironmentView> environment = lighting.environment();
@@ -53,6 +67,12 @@ int run_info(const InfoOptions& options) {
     return kOk;
   }
   const Counters& counters = info.counters;
+  if (const auto& hangs = info.T_world_probe) {
+    const Vec3d& at = hangs->pose.translation;
+    const Vec3d ahead = rotate(hangs->pose.rotation, Vec3d{0, 0, -1}), up = rotate(hangs->pose.rotation, Vec3d{0, 1, 0});
+    std::printf("hangs        at (%.3f, %.3f, %.3f) m, looks along (%.3f, %.3f, %.3f), its up is (%.3f, %.3f, %.3f)\n",
+                at.x, at.y, at.z, ahead.x, ahead.y, ahead.z, up.x, up.y, up.z);
+  }
   const auto wide = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf("name         %s (%08x)\n", info.name.c_str(), info.id);
   std::printf("firmware     %s\n", info.version.c_str());
@@ -69,6 +89,8 @@ int run_info(const InfoOptions& options) {
               wide(counters.estimates_late_at_fast));
   std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients,
               wide(counters.descriptors_coalesced));
+  std::printf("refused      %llu messages, %llu calls of strangers\n", wide(counters.messages_refused),
+              wide(counters.authentication_failures));
   std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),
               wide(counters.recording_faults));
   if (environment) {

@@ -1,4 +1,5 @@
 // lightwell: looks at a probe from the command line.
+#include <cstdlib>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -14,8 +15,9 @@ using namespace lightwell::tool;
 
 constexpr const char* kAbout = R"(How a place is lit, as a Lightwell probe sees it.
 
-URI is grpc://HOST:PORT (port 7420 where none is given) or replay:FILE, a recording of
-descriptors, with ?speed=2 twice as fast, with ?speed=0 as fast as it is read.)";
+URI is grpc://HOST:PORT (port 7420 where none is given), grpcs://HOST:PORT for a probe that was
+paired with, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE, a recording of descriptors, with ?speed=2 twice as
+fast, with ?speed=0 as fast as it is read.)";
 
 constexpr const char* kExamples = R"(Examples:
   lightwell watch grpc://probe.local                     a line a second
@@ -24,6 +26,12 @@ constexpr const char* kExamples = R"(Examples:
   lightwell query grpc://probe.local --direction 0,0,-1 --roughness 0.4
   lightwell record grpc://probe.local evening.lwr --seconds 60
   lightwell query replay:evening.lwr --lights --json
+  lightwell discover                                     which probes there are
+  lightwell pair grpcs://probe.local --code 123456       with the code that the probe shows
+  lightwell watch grpcs://probe.local                    from then on
+
+A broker that asks is shown what these environment variables name, each a file:
+LIGHTWELL_MQTT_CA, _CERTIFICATE, _KEY, and _LOGIN of two lines, user and password.
 
 Exit codes: 0 ok, 1 nothing was received, 2 usage, 3 unreachable, 4 a file or the probe
 refused.)";
@@ -54,6 +62,23 @@ Keys with --json: quantity, rgb, luminance, unit, lights (included, left_out), v
 bound (null: infinite), flags, of a radiance source; of a light: track, direction, rgb, luminance, unit,
 angular_radius_deg, direction_covariance.)";
 
+constexpr const char* kDiscoverHelp =
+    R"(By multicast DNS, of probes that announce themselves (`discovery` of their configuration), by USB, and
+with --broker of probes whose status is retained there, up to three levels below TOPIC. What is shown
+is what they say of themselves: anybody on the network can say it.
+  lightwell discover --timeout 5
+  lightwell discover --broker mqtts://broker/venue --ca venue.pem --login login.txt --json
+Keys with --json, an object a probe: found_by (mdns, mqtt, usb), name, id, version, calibration_id,
+wire_version (0: not told), instance, host, state (there, gone), links (uri, security none or tls).
+Exit code 1: nobody was found, 3: nobody, and a way to look was barred.)";
+
+constexpr const char* kPairHelp =
+    R"(On the probe `lightwelld --pair` shows address and code. What is exchanged is of no use to
+those who listen or stand between without the code. Kept for this probe: its certificate, which
+is asked for from then on whatever its address, a token, and a certificate of this client, whose
+key never leaves this machine. They are files in a folder of their own below
+$XDG_CONFIG_HOME/lightwell/probes (or ~/.config), for any other client to use.)";
+
 class Program {
  public:
   Program() {
@@ -65,6 +90,8 @@ class Program {
     add_record();
     add_replay();
     add_info();
+    add_discover();
+    add_pair();
   }
 
   int run(int argc, char** argv) {
@@ -80,8 +107,10 @@ class Program {
 
  private:
   CLI::App* add(const char* name, const char* about) { return app_.add_subcommand(name, about); }
-  static void add_uri(CLI::App* command, std::string& uri) {
-    command->add_option("URI", uri, "grpc://HOST:PORT or replay:FILE")->required();
+  static void add_uri(CLI::App* command, std::string& uri, std::string& credentials) {
+    command->add_option("URI", uri, "grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")->required();
+    command->add_option("--credentials", credentials,
+                        "Folder that `lightwell pair` made, for a paired probe whose address changed");
   }
   static void add_json(CLI::App* command, Output& output) {
     command->add_flag_callback(
@@ -94,7 +123,7 @@ class Program {
 
   void add_watch() {
     CLI::App* command = add("watch", "How the link and the light fare, a line a second");
-    add_uri(command, watch_.uri);
+    add_uri(command, watch_.uri, watch_.credentials);
     add_seconds(command, watch_.seconds);
     add_json(command, watch_.output);
     command->add_option("--record", watch_.record, "Write what comes to this file, too");
@@ -105,7 +134,7 @@ class Program {
   void add_query() {
     CLI::App* command =
         add("query", "How a surface is lit, what a direction looks like, which lights");
-    add_uri(command, query_.uri);
+    add_uri(command, query_.uri, query_.credentials);
     command->add_option("--normal", query_.normal,
                         "x,y,z: irradiance of a surface that faces there");
     CLI::Option* direction =
@@ -123,7 +152,7 @@ class Program {
 
   void add_record() {
     CLI::App* command = add("record", "Keep descriptors, byte for byte as received");
-    add_uri(command, record_.uri);
+    add_uri(command, record_.uri, record_.credentials);
     command->add_option("FILE", record_.file, "New, or a recording to go on with")->required();
     add_seconds(command, record_.seconds);
     command->footer("Example: lightwell record grpc://probe.local evening.lwr --seconds 60");
@@ -142,9 +171,33 @@ class Program {
 
   void add_info() {
     CLI::App* command = add("info", "Who the probe is, its clock and its counters");
-    add_uri(command, info_.uri);
+    add_uri(command, info_.uri, info_.credentials);
     add_json(command, info_.output);
     command->callback([this] { exit_code_ = run_info(info_); });
+  }
+
+  void add_discover() {
+    CLI::App* command = add("discover", "Which probes there are, their versions, calibrations and links");
+    command->add_option("--timeout", discover_.timeout, "Seconds to look [2]")->check(CLI::PositiveNumber);
+    CLI::Option* broker = command->add_option("--broker", discover_.broker,
+                                              "mqtt://BROKER or mqtt://BROKER/TOPIC: look there, too");
+    command->add_option("--ca", discover_.ca_file, "Authorities of the broker's certificate, PEM [the system's]")->needs(broker);
+    command->add_option("--login", discover_.login_file, "File with user name and password, a line each")->needs(broker);
+    add_json(command, discover_.output);
+    command->footer(kDiscoverHelp);
+    command->callback([this] { exit_code_ = run_discover(discover_); });
+  }
+
+  void add_pair() {
+    CLI::App* command = add("pair", "Make a probe and this machine known to each other");
+    command->add_option("URI", pair_.uri, "grpcs://HOST:PORT that the probe shows (port 7421 where none is given)")
+        ->required();
+    command->add_option("--code", pair_.code, "The six digits that the probe shows; without it, from stdin");
+    command->add_option("--name", pair_.name, "Under what the probe lists this client [the host's name]");
+    command->add_option("--store", pair_.store, "Folder to keep it below, in place of the default");
+    add_json(command, pair_.output);
+    command->footer(kPairHelp);
+    command->callback([this] { exit_code_ = run_pair(pair_); });
   }
 
   CLI::App app_{kAbout, "lightwell"};
@@ -153,9 +206,15 @@ class Program {
   RecordOptions record_;
   ReplayOptions replay_;
   InfoOptions info_;
+  DiscoverCommand discover_;
+  PairCommand pair_;
   int exit_code_ = kOk;
 };
 
 }  // namespace
 
-int main(int argc, char** argv) { return Program().run(argc, argv); }
+int main(int argc, char** argv) {
+  // What gRPC would write to stderr we say ourselves, in words; whoever wants both sets the variable.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
+  return Program().run(argc, argv);
+}

@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "feed.hpp"
 #include "figures.hpp"
 #include "json_line.hpp"
 #include "map_wait.hpp"
@@ -105,7 +106,9 @@ int run_query(const QueryOptions& options) {
   if (!normal && !direction && !options.lights)
     return fail(kUsage, "ask for something: --normal x,y,z, --direction x,y,z or --lights");
 
-  const Result<Probe> probe = Probe::connect(options.uri);
+  const Result<ProbeOptions> how = options_with(options.credentials);
+  if (!how.ok()) return fail(how.status());
+  const Result<Probe> probe = Probe::connect(options.uri, *how);
   if (!probe.ok()) return fail(probe.status());
   Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kPatience);
   if (!lighting.ok())

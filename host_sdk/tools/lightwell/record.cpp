@@ -12,7 +12,7 @@ namespace lightwell::tool {
 
 int run_record(const RecordOptions& options) {
   stop_on_signals();
-  Result<std::unique_ptr<Feed>> opened = Feed::open(options.uri);
+  Result<std::unique_ptr<Feed>> opened = Feed::open(options.uri, options.credentials);
   if (!opened.ok()) return fail(opened.status());
   Feed& feed = **opened;
   Result<RecordWriter> writer = RecordWriter::open(

@@ -28,7 +28,7 @@ void print(Figures& figures, std::string_view kind, double seconds, const Probe&
 
 int run_watch(const WatchOptions& options) {
   stop_on_signals();
-  Result<std::unique_ptr<Feed>> opened = Feed::open(options.uri);
+  Result<std::unique_ptr<Feed>> opened = Feed::open(options.uri, options.credentials);
   if (!opened.ok()) return fail(opened.status());
   Feed& feed = **opened;
 

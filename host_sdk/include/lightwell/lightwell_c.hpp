@@ -1,0 +1,258 @@
+// The C ABI in C++17: owners and strings in the place of handles and buffers. For who takes liblightwell.so as it was
+// built, by another compiler or another standard library: nothing but C crosses. Who builds the SDK from source has
+// probe.hpp. Nothing here throws of itself; it needs no exceptions.
+//   lw::Status, lw::Result<T>   success or the reason
+//   lw::Lighting                an answer
+//   lw::Probe                   the connection
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lightwell/lightwell.h>
+
+namespace lw {
+
+struct [[nodiscard]] Status {
+  lw_status code = LW_OK;
+  std::string message;
+
+  [[nodiscard]] bool ok() const { return code == LW_OK; }
+};
+
+/// Of a function's return value; to be called before the next call on this thread.
+inline Status status_of(lw_status code) {
+  if (code == LW_OK) return {};
+  std::size_t length = 0;
+  const char* const text = lw_last_error(&length);
+  return {code, std::string(text, length)};
+}
+
+/// A value, or the status that says why there is none.
+template <class T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : value_(std::move(value)) {}          // NOLINT: meant to be implicit
+  Result(Status status) : status_(std::move(status)) {}  // NOLINT: meant to be implicit
+
+  [[nodiscard]] bool ok() const { return value_.has_value(); }
+  explicit operator bool() const { return ok(); }
+  /// Only where ok().
+  T& operator*() { return *value_; }
+  const T& operator*() const { return *value_; }
+  T* operator->() { return &*value_; }
+  const T* operator->() const { return &*value_; }
+  [[nodiscard]] const Status& status() const { return status_; }
+
+ private:
+  std::optional<T> value_;
+  Status status_;
+};
+
+/// A struct of the C ABI, zero but for its size.
+template <class T>
+[[nodiscard]] T sized() {
+  T out{};
+  out.size = sizeof(T);
+  return out;
+}
+
+using Vec3 = std::array<float, 3>;
+
+/// One level of the map for reflections: r, g, b, rows from the top.
+struct EnvironmentLevel {
+  std::uint32_t edge = 0;
+  float roughness = 0;
+  std::vector<float> rgb;
+};
+
+/// An answer. Moves; copy() shares. Any number of threads may ask one at once; only fill it (Probe::latest(into)) while
+/// nobody asks. Of a moved-from one every answer is LW_INVALID_QUERY.
+class Lighting {
+ public:
+  /// resource_exhausted is all that can go wrong.
+  static Result<Lighting> create() {
+    lw_lighting* raw = nullptr;
+    if (Status s = status_of(lw_lighting_create(&raw)); !s.ok()) return s;
+    return Lighting(raw);
+  }
+  static Result<Lighting> decode(const void* bytes, std::size_t length, std::int64_t age_ns = 0) {
+    return filled([&](lw_lighting* into) { return lw_lighting_decode(bytes, length, age_ns, into); });
+  }
+
+  Result<Lighting> copy() const {
+    return filled([&](lw_lighting* into) { return lw_lighting_copy(get(), into); });
+  }
+  /// q: x, y, z, w; p_new = q p_old.
+  Result<Lighting> rotated(const std::array<double, 4>& q) const {
+    return filled([&](lw_lighting* into) { return lw_lighting_rotated(get(), q.data(), into); });
+  }
+
+  [[nodiscard]] lw_lighting_info info() const {
+    auto out = sized<lw_lighting_info>();
+    (void)lw_lighting_get_info(get(), &out);
+    return out;
+  }
+  /// Empty where it is valid.
+  [[nodiscard]] std::string reason() const {
+    std::array<char, 256> text{};
+    (void)lw_lighting_reason(get(), text.data(), text.size(), nullptr);
+    return text.data();
+  }
+
+  [[nodiscard]] lw_answer irradiance(const Vec3& normal) const {
+    auto out = sized<lw_answer>();
+    (void)lw_lighting_irradiance(get(), normal.data(), &out);
+    return out;
+  }
+  [[nodiscard]] lw_answer radiance(const Vec3& direction, float roughness) const {
+    auto out = sized<lw_answer>();
+    (void)lw_lighting_radiance(get(), direction.data(), roughness, &out);
+    return out;
+  }
+  /// values[i] is of questions[i]; both have `count`.
+  lw_answer irradiance(const Vec3* normals, std::size_t count, Vec3* values) const {
+    auto out = sized<lw_answer>();
+    (void)lw_lighting_irradiance_batch(get(), floats(normals), 0, count, floats(values), 0, &out);
+    return out;
+  }
+  lw_answer radiance(const Vec3* directions, std::size_t count, float roughness, Vec3* values) const {
+    auto out = sized<lw_answer>();
+    (void)lw_lighting_radiance_batch(get(), floats(directions), 0, count, roughness, floats(values), 0, &out);
+    return out;
+  }
+
+  /// All of the lighting's own bands, (band + 1)² of them.
+  [[nodiscard]] std::vector<Vec3> harmonics(lw_quantity quantity) const {
+    std::vector<Vec3> out(LW_MAX_COEFFICIENTS);
+    std::int32_t band = 0;
+    (void)lw_lighting_harmonics(get(), quantity, LW_MAX_BAND, out.front().data(), &band);
+    out.resize(static_cast<std::size_t>((band + 1) * (band + 1)));
+    return out;
+  }
+  /// Strongest first.
+  [[nodiscard]] std::vector<lw_light> lights() const {
+    std::vector<lw_light> out(info().light_count);
+    std::size_t count = 0;
+    (void)lw_lighting_lights(get(), out.data(), sizeof(lw_light), out.size(), &count);
+    return out;
+  }
+  [[nodiscard]] std::optional<lw_environment> environment() const {
+    auto out = sized<lw_environment>();
+    (void)lw_lighting_environment(get(), &out);
+    if (out.level_count == 0) return std::nullopt;
+    return out;
+  }
+  [[nodiscard]] std::vector<EnvironmentLevel> environment_levels() const {
+    std::vector<EnvironmentLevel> out;
+    const auto map = environment();
+    for (std::uint32_t k = 0; map && k < map->level_count; ++k) {
+      EnvironmentLevel level{map->edge[k], map->roughness[k], {}};
+      level.rgb.resize(std::size_t{3} * level.edge * level.edge);
+      (void)lw_lighting_environment_radiance(get(), k, level.rgb.data(), level.rgb.size());
+      out.push_back(std::move(level));
+    }
+    return out;
+  }
+
+  /// For what is not here: conversions, lw_lighting_to_unity(light.get(), ...) of conventions.h.
+  [[nodiscard]] lw_lighting* get() const { return raw_.get(); }
+
+ private:
+  struct Release {
+    void operator()(lw_lighting* raw) const { lw_lighting_release(raw); }
+  };
+  explicit Lighting(lw_lighting* raw) : raw_(raw) {}
+
+  template <class Fill>
+  static Result<Lighting> filled(const Fill& fill) {
+    Result<Lighting> out = create();
+    if (!out.ok()) return out;
+    if (Status s = status_of(fill(out->get())); !s.ok()) return s;
+    return out;
+  }
+
+  // An array of triples is one of floats: std::array<float, 3> holds nothing but its elements.
+  static const float* floats(const Vec3* v) { return reinterpret_cast<const float*>(v); }
+  static float* floats(Vec3* v) { return reinterpret_cast<float*>(v); }
+
+  std::unique_ptr<lw_lighting, Release> raw_;
+
+  friend class Probe;
+};
+static_assert(sizeof(Vec3) == 3 * sizeof(float), "batches take triples one behind the other");
+
+/// The connection. Any thread may call any method; it is destroyed when no other call is under way.
+class Probe {
+ public:
+  static Result<Probe> connect(std::string_view uri, const lw_probe_options& options = sized<lw_probe_options>()) {
+    lw_probe* raw = nullptr;
+    if (Status s = status_of(lw_probe_connect(uri.data(), uri.size(), &options, &raw)); !s.ok()) return s;
+    return Probe(raw);
+  }
+
+  /// For render loops: fills what was created once. No lock, no allocation.
+  Status latest(Lighting& into) const { return status_of(lw_probe_latest(get(), into.get())); }
+  Result<Lighting> latest() const {
+    return Lighting::filled([&](lw_lighting* into) { return lw_probe_latest(get(), into); });
+  }
+  /// In the axes of the room that the probe hangs in.
+  Result<Lighting> latest_in_world() const {
+    return Lighting::filled([&](lw_lighting* into) { return lw_probe_latest_in_world(get(), into); });
+  }
+  /// host_time_ns: of lw_now_ns().
+  Result<Lighting> at(std::int64_t host_time_ns) const {
+    return Lighting::filled([&](lw_lighting* into) { return lw_probe_at(get(), host_time_ns, into); });
+  }
+  /// Blocks.
+  Result<Lighting> wait_for_next(std::optional<std::uint64_t> seen, std::int64_t timeout_ns) const {
+    return Lighting::filled(
+        [&](lw_lighting* into) { return lw_probe_wait_for_next(get(), seen ? &*seen : nullptr, timeout_ns, into); });
+  }
+
+  [[nodiscard]] lw_probe_info info() const {
+    auto out = sized<lw_probe_info>();
+    (void)lw_probe_get_info(get(), &out);
+    return out;
+  }
+  [[nodiscard]] lw_link_stats stats() const {
+    auto out = sized<lw_link_stats>();
+    (void)lw_probe_get_stats(get(), &out);
+    return out;
+  }
+  [[nodiscard]] std::string text(lw_probe_text_kind kind) const {
+    std::size_t length = 0;
+    (void)lw_probe_text(get(), kind, nullptr, 0, &length);
+    std::string out(length + 1, '\0');
+    (void)lw_probe_text(get(), kind, out.data(), out.size(), &length);
+    // The text may be another one since it was measured.
+    out.resize(std::char_traits<char>::length(out.c_str()));
+    return out;
+  }
+
+  Status set_estimator(const lw_estimator_config& config) { return status_of(lw_probe_set_estimator(get(), &config)); }
+  /// The factor that was applied.
+  Result<double> report_lux(double lux, const Vec3& normal) {
+    double factor = 0;
+    if (Status s = status_of(lw_probe_report_lux(get(), lux, normal.data(), &factor)); !s.ok()) return s;
+    return factor;
+  }
+
+  [[nodiscard]] lw_probe* get() const { return raw_.get(); }
+
+ private:
+  struct Close {
+    void operator()(lw_probe* raw) const { lw_probe_close(raw); }
+  };
+  explicit Probe(lw_probe* raw) : raw_(raw) {}
+  std::unique_ptr<lw_probe, Close> raw_;
+};
+
+}  // namespace lw

@@ -1,0 +1,187 @@
+#include "core/credential_store.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <lightwell/secrets.hpp>
+
+namespace lightwell {
+namespace {
+
+constexpr std::string_view kCertificate = "-----BEGIN CERTIFICATE-----";
+
+}  // namespace
+
+bool ProbeCredentials::empty() const {
+  return folder.empty() && pinned.empty() && ca.empty() && client_certificate.empty() && client_key.empty() &&
+         token.empty();
+}
+
+Status ProbeCredentials::validate() const {
+  const auto refused = [](std::string_view what) {
+    return Status(StatusCode::invalid_argument, "ProbeCredentials: " + std::string(what));
+  };
+  if (empty()) return {};
+  const bool more =
+      !pinned.empty() || !ca.empty() || !client_certificate.empty() || !client_key.empty() || !token.empty();
+  if (!folder.empty()) return more ? refused("folder stands for all the others; leave them empty") : Status();
+  if (pinned.empty() == ca.empty()) return refused("one of pinned and ca says whom to trust: set one, not both");
+  for (const auto& [pem, name] :
+       {std::pair(&pinned, "pinned"), std::pair(&ca, "ca"), std::pair(&client_certificate, "client_certificate")})
+    if (!pem->empty() && pem->find(kCertificate) == std::string::npos)
+      return refused(std::string(name) + " is no certificate in PEM form");
+  if (client_certificate.empty() != client_key.empty())
+    return refused("client_certificate and client_key belong together");
+  if (std::any_of(token.begin(), token.end(), [](char c) { return c <= ' ' || c > '~'; }))
+    return refused("token holds a space or what is not ASCII");
+  return {};
+}
+
+std::string default_credential_store() {
+  const auto set = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value == nullptr ? "" : value);
+  };
+  if (const std::string config = set("XDG_CONFIG_HOME"); !config.empty()) return config + "/lightwell/probes";
+  if (const std::string home = set("HOME"); !home.empty()) return home + "/.config/lightwell/probes";
+  return {};
+}
+
+namespace core {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxBytes = 64 * 1024;
+constexpr const char* kPinned = "probe_ca.pem";
+constexpr const char* kClientCertificate = "client.pem";
+constexpr const char* kClientKey = "client_key.pem";
+constexpr const char* kToken = "token";
+constexpr const char* kName = "name";
+constexpr const char* kAddress = "address";
+
+/// Empty where there is none.
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  return text.size() > kMaxBytes ? std::string() : text;
+}
+
+/// The first line, as people edit such files.
+std::string line_of(const fs::path& path) {
+  const std::string text = text_of(path);
+  return text.substr(0, text.find_first_of("\r\n"));
+}
+
+Result<ProbeCredentials> read_folder(const fs::path& folder) {
+  ProbeCredentials out;
+  out.pinned = text_of(folder / kPinned);
+  out.client_certificate = text_of(folder / kClientCertificate);
+  out.client_key = text_of(folder / kClientKey);
+  out.token = line_of(folder / kToken);
+  if (out.pinned.empty())
+    return Status(StatusCode::not_found,
+                  (folder / kPinned).string() + ": there is no such file; `lightwell pair` writes it");
+  if (const Status s = out.validate(); !s.ok())
+    return Status(StatusCode::data_loss, folder.string() + ": " + s.message());
+  return out;
+}
+
+std::vector<fs::path> folders_of(const std::string& store) {
+  std::vector<fs::path> out;
+  std::error_code error;
+  for (fs::directory_iterator it(store, error), end; !error && it != end; it.increment(error))
+    if (it->is_directory(error) && !it->path().filename().string().starts_with('.')) out.push_back(it->path());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+Result<ProbeCredentials> look_up(const std::string& host_port) {
+  const std::string store = default_credential_store();
+  const std::vector<fs::path> folders = folders_of(store);
+  for (const fs::path& folder : folders)
+    if (line_of(folder / kAddress) == host_port) return read_folder(folder);
+  if (folders.size() == 1) return read_folder(folders.front());
+  std::string known;
+  for (const fs::path& folder : folders)
+    known += (known.empty() ? "" : ", ") + line_of(folder / kName) + " (" + folder.string() + ")";
+  return Status(StatusCode::not_found,
+                known.empty() ? "no credentials in " + store +
+                                    ": pair with the probe (`lightwelld --pair` there, `lightwell pair` here)"
+                              : "none of the paired probes was at this address: name its folder as "
+                                "credentials, of " +
+                                    known);
+}
+
+Status write_file(const fs::path& path, const std::string& text) {
+  {
+    std::ofstream file(path, std::ios::binary);
+    file << text << std::flush;
+    if (!file) return {StatusCode::resource_exhausted, path.string() + ": cannot be written"};
+  }
+  std::error_code error;
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write, error);
+  if (error) return {StatusCode::internal, path.string() + ": " + error.message()};
+  return {};
+}
+
+/// In a new folder that nobody else can enter.
+Result<fs::path> write_beside(const std::string& store, const PairedFiles& files) {
+  std::string name = store + "/.new.XXXXXX";
+  if (::mkdtemp(name.data()) == nullptr)
+    return Status(StatusCode::failed_precondition, store + ": no folder can be made there");
+  const fs::path folder(name);
+  const ProbeCredentials& c = files.credentials;
+  for (const auto& [file, text] : {std::pair(kPinned, c.pinned), std::pair(kClientCertificate, c.client_certificate),
+                                   std::pair(kClientKey, c.client_key), std::pair(kToken, c.token),
+                                   std::pair(kName, files.name), std::pair(kAddress, files.address)}) {
+    if (text.empty()) continue;
+    const Status s = write_file(folder / file, text.ends_with('\n') ? text : text + "\n");
+    if (s.ok()) continue;
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    return s;
+  }
+  return folder;
+}
+
+}  // namespace
+
+Result<ProbeCredentials> credentials_for(const ProbeCredentials& given, const GrpcAddress& address) {
+  if (address.transport == Transport::plain) {
+    if (given.empty()) return given;
+    return Status(StatusCode::invalid_argument, "credentials do not go over plain text; grpcs://" + address.host_port +
+                                                    " is the same probe over TLS");
+  }
+  if (!given.folder.empty()) return read_folder(given.folder);
+  return given.empty() ? look_up(address.host_port) : Result<ProbeCredentials>(given);
+}
+
+Result<std::string> keep_credentials(const std::string& store, const PairedFiles& files) {
+  const Result<std::string> digest = certificate_digest(files.credentials.pinned);
+  if (!digest.ok()) return digest.status();
+  std::error_code error;
+  fs::create_directories(store, error);
+  if (error) return Status(StatusCode::failed_precondition, store + ": cannot be made: " + error.message());
+  const Result<fs::path> made = write_beside(store, files);
+  if (!made.ok()) return made.status();
+  const fs::path folder = fs::path(store) / to_hex(*digest).substr(0, 16);
+  const fs::path old = made->string() + ".old";
+  fs::rename(folder, old, error);  // fails where there is none, which is as good
+  fs::rename(*made, folder, error);
+  if (error) return Status(StatusCode::failed_precondition, folder.string() + ": " + error.message());
+  fs::remove_all(old, error);
+  for (const fs::path& other : folders_of(store))
+    if (other != folder && !files.address.empty() && line_of(other / kAddress) == files.address)
+      fs::remove(other / kAddress, error);
+  return folder.string();
+}
+
+}  // namespace core
+}  // namespace lightwell

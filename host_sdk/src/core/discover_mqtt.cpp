@@ -1,0 +1,90 @@
+// Probes whose status is retained at a broker.
+#include <string>
+
+#include <lightwell/status_codec.hpp>
+
+#include "core/discover_ways.hpp"
+#include "core/mqtt_login.hpp"
+
+namespace lightwell::core {
+namespace {
+
+constexpr std::string_view kStatus = "/status";
+
+/// Levels below the base at which a probe may have its own; more would be everybody's topics.
+std::vector<std::string> status_topics(const std::string& base) {
+  std::vector<std::string> out;
+  if (!base.empty()) out.push_back(base + std::string(kStatus));
+  std::string level = base.empty() ? "+" : base + "/+";
+  for (int i = 0; i < 3; ++i, level += "/+") out.push_back(level + std::string(kStatus));
+  return out;
+}
+
+class Listener {
+ public:
+  Listener(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, Finds& finds)
+      : broker_(broker), finds_(finds), session_(options(credentials, timeout)) {}
+
+  void run(Duration timeout) {
+    const HostTime end = HostTime{monotonic_now_ns()} + timeout;
+    for (;;) {
+      const Duration left = end - HostTime{monotonic_now_ns()};
+      if (left.ns <= 0) break;
+      session_.turn(left);
+    }
+    if (!trouble_.empty()) finds_.problem(broker_.uri() + ": " + trouble_);
+  }
+
+ private:
+  MqttSession::Options options(const MqttCredentials& credentials, Duration timeout) {
+    MqttSession::Options out;
+    out.address = broker_;
+    out.login = login_of(credentials);
+    out.subscriptions = status_topics(broker_.base);
+    out.retry_min = {200'000'000};
+    out.retry_max = {1'000'000'000};
+    out.connect_timeout = timeout;
+    out.on_connected = [this] { trouble_.clear(); };
+    out.on_lost = [this](const std::string& why) { trouble_ = why; };
+    out.on_message = [this](const MqttMessage& message) { on_status(message); };
+    return out;
+  }
+
+  void on_status(const MqttMessage& message) {
+    MqttAddress own = broker_;
+    own.base = message.topic.substr(0, message.topic.size() - kStatus.size());
+    // Anybody may publish on any topic: what is no base of a probe names none.
+    const Result<MqttAddress> address = parse_mqtt_address(own.uri());
+    if (!address.ok() || address->base != own.base) return finds_.refuse();
+    FoundProbe probe;
+    probe.by = FoundBy::mqtt;
+    probe.instance = own.base;
+    probe.links = {{own.uri(), own.transport == MqttTransport::tls ? "tls" : "none"}};
+    if (std::string_view(reinterpret_cast<const char*>(message.payload.data()), message.payload.size()) == kMqttGone) {
+      probe.gone = true;
+    } else {
+      const Result<StatusSnapshot> status = message.payload.size() <= kMaxMqttStatusBytes
+                                                ? decode_status(message.payload)
+                                                : Status(StatusCode::data_loss, "too long");
+      if (!status.ok()) return finds_.refuse();
+      probe.name = status->probe_name;
+      probe.id = status->probe_id;
+      probe.calibration_id = status->calibration_id;
+      probe.version = status->version;
+    }
+    finds_.put("mqtt " + own.base, std::move(probe));
+  }
+
+  const MqttAddress broker_;
+  Finds& finds_;
+  std::string trouble_ = "the broker does not answer";
+  MqttSession session_;  // last: it calls into the others
+};
+
+}  // namespace
+
+void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, Finds& finds) {
+  Listener(broker, credentials, timeout, finds).run(timeout);
+}
+
+}  // namespace lightwell::core

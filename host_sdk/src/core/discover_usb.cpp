@@ -1,0 +1,45 @@
+// Probes that are plugged in: each is asked who it is.
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <lightwell/probe.hpp>
+
+#include "core/discover_ways.hpp"
+#include "core/usb_transport.hpp"
+
+namespace lightwell::core {
+namespace {
+
+void ask(const std::string& serial, Duration timeout, Finds& finds) {
+  const std::string uri = "usb:" + serial;
+  FoundProbe found;
+  found.by = FoundBy::usb;
+  found.instance = serial;
+  found.links = {{uri, "none"}};
+  ProbeOptions options;
+  options.connect_timeout = timeout;
+  if (const Result<Probe> probe = Probe::connect(uri, options); probe.ok()) {
+    const ProbeInfo info = probe->info();
+    found.name = info.name;
+    found.id = info.id;
+    found.calibration_id = info.calibration_id;
+    found.version = info.version;
+  } else {
+    // It is there all the same: another program reads it, say.
+    finds.problem(probe.status().message());
+  }
+  finds.put(uri, std::move(found));
+}
+
+}  // namespace
+
+void discover_by_usb(Duration timeout, Finds& finds) {
+  const Result<std::vector<std::string>> serials = probes_on_usb();
+  if (!serials.ok()) return finds.problem("USB: " + serials.status().message());
+  std::vector<std::thread> asking;
+  for (const std::string& serial : *serials) asking.emplace_back([&finds, &serial, timeout] { ask(serial, timeout, finds); });
+  for (std::thread& t : asking) t.join();
+}
+
+}  // namespace lightwell::core

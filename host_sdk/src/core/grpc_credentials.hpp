@@ -1,0 +1,22 @@
+// Credentials in gRPC's form.
+#pragma once
+
+#include <memory>
+
+#include <grpcpp/security/credentials.h>
+
+#include <lightwell/credentials.hpp>
+
+namespace lightwell::core {
+
+[[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> plain_credentials();
+
+/// The handshake fails where the probe's certificate is not good: not vouched for by `pinned` or
+/// `ca`, expired, not made for a server, or, with `ca`, of another host. A token goes with each call,
+/// behind the handshake.
+[[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> tls_credentials(const ProbeCredentials& credentials);
+
+/// Encrypts towards whoever answers. For pairing, which finds out by the code who that is.
+[[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> stranger_credentials();
+
+}  // namespace lightwell::core

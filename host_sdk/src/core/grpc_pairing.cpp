@@ -1,0 +1,145 @@
+// The client's side of a pairing: proto/lightwell/v1/pairing.proto.
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <unistd.h>
+#include <utility>
+
+#include <grpc/grpc_security_constants.h>
+#include <grpcpp/client_context.h>
+#include <grpcpp/security/auth_context.h>
+
+#include <lightwell/credentials.hpp>
+#include <lightwell/pair.hpp>
+#include <lightwell/pairing.hpp>
+#include <lightwell/secrets.hpp>
+#include <lightwell/v1/pairing.grpc.pb.h>
+
+#include "core/credential_store.hpp"
+#include "core/grpc_credentials.hpp"
+#include "core/grpc_wire.hpp"
+#include "core/uri.hpp"
+
+namespace lightwell {
+namespace {
+
+constexpr std::size_t kCodeDigits = 6;
+
+Status from_whom(std::string_view uri, const Status& s) { return {s.code(), std::string(uri) + ": " + s.message()}; }
+
+/// Digits, with spaces and dashes as people group them left out.
+Result<std::string> digits_of(std::string_view code) {
+  std::string out;
+  for (const char c : code)
+    if (c != ' ' && c != '-') out += c;
+  if (out.size() != kCodeDigits || out.find_first_not_of("0123456789") != std::string::npos)
+    return Status(StatusCode::invalid_argument, "the code is the six digits that the probe shows");
+  return out;
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  if (gethostname(name.data(), name.size() - 1) != 0) return "client";
+  return name.data();
+}
+
+/// Of the certificate that the other end of this call showed.
+Result<std::string> shown_certificate(const grpc::ClientContext& context) {
+  const std::shared_ptr<const grpc::AuthContext> with = context.auth_context();
+  if (!with) return Status(StatusCode::data_loss, "the connection is not encrypted");
+  const std::vector<grpc::string_ref> shown = with->FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
+  if (shown.empty()) return Status(StatusCode::data_loss, "the probe showed no certificate");
+  return certificate_digest({shown.front().data(), shown.front().size()});
+}
+
+/// "host:port" with another port.
+std::string with_port(const std::string& host_port, std::uint32_t port) {
+  return host_port.substr(0, host_port.rfind(':') + 1) + std::to_string(port);
+}
+
+/// Both round trips; what the probe said once both ends are sure of each other.
+class Conversation {
+ public:
+  Conversation(const core::GrpcAddress& address, const PairOptions& options, PairingExchange exchange)
+      : options_(options),
+        exchange_(std::move(exchange)),
+        stub_(core::new_channel(address.host_port, core::stranger_credentials())) {}
+
+  Status begin() {
+    v1::PairBeginRequest request;
+    request.set_share(exchange_.share());
+    v1::PairBeginResponse response;
+    grpc::ClientContext context;
+    context.set_deadline(core::deadline_after(options_.timeout));
+    if (Status s = core::status_of(stub_.Begin(&context, request, &response)); !s.ok()) return s;
+    const Result<std::string> certificate = shown_certificate(context);
+    if (!certificate.ok()) return certificate.status();
+    session_ = response.session();
+    return exchange_.meet(response.share(), *certificate);
+  }
+
+  Result<v1::PairCredentials> finish(const KeyPair& key) {
+    v1::PairApplication application;
+    application.set_client_name(options_.client_name.empty() ? host_name() : options_.client_name);
+    application.set_public_key(key.public_pem);
+    Result<std::string> sealed = exchange_.seal(application.SerializeAsString());
+    if (!sealed.ok()) return sealed.status();
+    v1::PairFinishRequest request;
+    request.set_session(session_);
+    request.set_confirmation(exchange_.confirmation());
+    request.set_sealed(std::move(*sealed));
+    v1::PairFinishResponse response;
+    grpc::ClientContext context;
+    context.set_deadline(core::deadline_after(options_.timeout));
+    if (Status s = core::status_of(stub_.Finish(&context, request, &response)); !s.ok()) return s;
+    const Result<std::string> opened = exchange_.open(response.sealed());
+    v1::PairCredentials credentials;
+    if (!exchange_.confirms(response.confirmation()) || !opened.ok() || !credentials.ParseFromString(*opened))
+      return Status(StatusCode::data_loss, "the answer is not from the probe that shows this code");
+    return credentials;
+  }
+
+ private:
+  const PairOptions& options_;
+  PairingExchange exchange_;
+  v1::PairingService::Stub stub_;
+  std::string session_;
+};
+
+}  // namespace
+
+Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view code, const PairOptions& options) {
+  const Result<core::GrpcAddress> address = core::parse_pairing_uri(uri);
+  if (!address.ok()) return address.status();
+  const Result<std::string> digits = digits_of(code);
+  if (!digits.ok()) return digits.status();
+  const std::string store = options.store.empty() ? default_credential_store() : options.store;
+  if (store.empty())
+    return Status(StatusCode::failed_precondition,
+                  "there is no place for credentials: HOME and XDG_CONFIG_HOME are not set");
+  Result<PairingExchange> exchange = PairingExchange::begin(PairingSide::client, *digits);
+  if (!exchange.ok()) return exchange.status();
+  Result<KeyPair> key = KeyPair::make();
+  if (!key.ok()) return key.status();
+
+  Conversation conversation(*address, options, std::move(*exchange));
+  if (const Status s = conversation.begin(); !s.ok()) return from_whom(uri, s);
+  const Result<v1::PairCredentials> brought = conversation.finish(*key);
+  if (!brought.ok()) return from_whom(uri, brought.status());
+
+  core::PairedFiles files;
+  files.name = brought->probe_name().substr(0, brought->probe_name().find_first_of("\r\n"));
+  files.credentials.pinned = brought->probe_ca();
+  files.credentials.client_certificate = brought->client_certificate();
+  if (!brought->client_certificate().empty()) files.credentials.client_key = key->private_pem;
+  files.credentials.token = brought->token();
+  if (brought->port() != 0) files.address = with_port(address->host_port, brought->port());
+  if (const Status s = files.credentials.validate(); !s.ok())
+    return Status(StatusCode::data_loss, std::string(uri) + ": " + s.message());
+  const Result<std::string> folder = core::keep_credentials(store, files);
+  if (!folder.ok()) return folder.status();
+  return PairedProbe{files.name, *folder, files.address.empty() ? std::string() : "grpcs://" + files.address,
+                     brought->expires_s()};
+}
+
+}  // namespace lightwell

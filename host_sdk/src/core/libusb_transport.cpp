@@ -1,0 +1,395 @@
+#include <libusb.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <lightwell/framing.hpp>
+#include <lightwell/usb_ids.hpp>
+
+#include "core/usb_transport.hpp"
+
+namespace lightwell::core {
+namespace {
+
+/// What libusb hands to the kernel in one piece; of a larger transfer it hands over several, and frees them too early where
+/// a packet overflows (1.0.26). A longer frame fills some of these and ends within the next.
+constexpr std::size_t kTransferBytes = 16 * 1024;
+/// So that the controller has somewhere to put the next frames, a longest one included, while this process is busy.
+constexpr std::size_t kTransfersInFlight = 8;
+static_assert(kTransfersInFlight * kTransferBytes > kMaxFrameBytes);
+/// A probe that does not take a request for so long has lost it; requests are small.
+constexpr unsigned kSendTimeoutMs = 1000;
+/// Errors of the bus come singly. Where nothing arrives between so many, the connection is made anew.
+constexpr int kMaxErrorsInRow = 5;
+constexpr Duration kCloseLimit{900'000'000};
+
+std::string text_of(int error) { return libusb_strerror(static_cast<libusb_error>(error)); }
+
+/// The probe's interface in a configuration.
+struct Interface {
+  int number = -1, setting = 0;
+  std::uint8_t in = 0, out = 0;  ///< Addresses of its endpoints; those are the controller's choice.
+};
+
+std::optional<Interface> interface_of(const libusb_interface_descriptor& d) {
+  if (d.bInterfaceClass != kUsbInterfaceClass || d.bInterfaceSubClass != kUsbInterfaceSubclass ||
+      d.bInterfaceProtocol != kUsbInterfaceProtocol)
+    return std::nullopt;
+  Interface found{d.bInterfaceNumber, d.bAlternateSetting};
+  for (int i = 0; i < d.bNumEndpoints; ++i) {
+    const libusb_endpoint_descriptor& e = d.endpoint[i];
+    if ((e.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) != LIBUSB_TRANSFER_TYPE_BULK) continue;
+    ((e.bEndpointAddress & LIBUSB_ENDPOINT_IN) != 0 ? found.in : found.out) = e.bEndpointAddress;
+  }
+  if (found.in == 0 || found.out == 0) return std::nullopt;
+  return found;
+}
+
+std::optional<Interface> probe_interface(libusb_device* device) {
+  libusb_device_descriptor d{};
+  if (libusb_get_device_descriptor(device, &d) != 0 || d.idVendor != kUsbVendor || d.idProduct != kUsbProduct)
+    return std::nullopt;
+  libusb_config_descriptor* config = nullptr;
+  if (libusb_get_active_config_descriptor(device, &config) != 0) return std::nullopt;
+  std::optional<Interface> found;
+  for (int i = 0; i < config->bNumInterfaces && !found; ++i)
+    for (int k = 0; k < config->interface[i].num_altsetting && !found; ++k)
+      found = interface_of(config->interface[i].altsetting[k]);
+  libusb_free_config_descriptor(config);
+  return found;
+}
+
+std::string serial_of(libusb_device_handle* handle) {
+  libusb_device_descriptor d{};
+  std::array<unsigned char, 128> text{};
+  if (libusb_get_device_descriptor(libusb_get_device(handle), &d) != 0 || d.iSerialNumber == 0) return {};
+  const int n = libusb_get_string_descriptor_ascii(handle, d.iSerialNumber, text.data(), static_cast<int>(text.size()));
+  return n <= 0 ? std::string() : std::string(reinterpret_cast<const char*>(text.data()), static_cast<std::size_t>(n));
+}
+
+struct CloseHandle {
+  void operator()(libusb_device_handle* h) const { libusb_close(h); }
+};
+using Handle = std::unique_ptr<libusb_device_handle, CloseHandle>;
+
+Result<Handle> open_device(libusb_device* device) {
+  libusb_device_handle* raw = nullptr;
+  const int error = libusb_open(device, &raw);
+  if (error == 0) return Handle(raw);
+  if (error == LIBUSB_ERROR_ACCESS)
+    return Status(StatusCode::failed_precondition,
+                  "this user may not open the probe: install 70-lightwell.rules of the SDK (share/lightwell/udev) into "
+                  "/etc/udev/rules.d, run `udevadm control --reload`, and plug the probe in again");
+  return Status(StatusCode::unavailable, "the probe cannot be opened: " + text_of(error));
+}
+
+class LibusbTransport;
+
+/// A transfer with its memory, which both live until libusb has given it back.
+struct Transfer {
+  explicit Transfer(std::size_t bytes) : memory(bytes), usb(libusb_alloc_transfer(0)) {}
+  Transfer(const Transfer&) = delete;
+  Transfer& operator=(const Transfer&) = delete;
+  ~Transfer() { libusb_free_transfer(usb); }
+
+  std::vector<std::byte> memory;
+  libusb_transfer* usb;
+  LibusbTransport* owner = nullptr;
+  bool under_way = false;
+};
+
+class LibusbTransport final : public UsbTransport {
+ public:
+  ~LibusbTransport() override {
+    close();
+    end_context();
+  }
+
+  [[nodiscard]] Status init() {
+    const std::lock_guard lock(context_mutex_);
+    if (const int error = libusb_init(&context_); error != 0) {
+      context_ = nullptr;
+      return {StatusCode::unavailable, "USB cannot be had: " + text_of(error)};
+    }
+    // Without it whoever waits looks again from time to time.
+    watching_ = libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0 &&
+                libusb_hotplug_register_callback(context_, LIBUSB_HOTPLUG_EVENT_DEVICE_ARRIVED, 0, kUsbVendor,
+                                                 kUsbProduct, LIBUSB_HOTPLUG_MATCH_ANY, on_arrival, this,
+                                                 &watch_) == 0;
+    return {};
+  }
+
+  Status open(const std::string& serial) override {
+    close();
+    if (Status found = find(serial); !found.ok() && !(found = look_anew(serial, found)).ok()) return found;
+    if (const int error = libusb_claim_interface(handle_.get(), interface_.number); error != 0) {
+      handle_.reset();
+      return error == LIBUSB_ERROR_BUSY
+                 ? Status(StatusCode::resource_exhausted, "another program on this machine follows the probe by USB; a "
+                                                          "probe serves several by its network function")
+                 : Status(StatusCode::unavailable, "the probe's interface cannot be had: " + text_of(error));
+    }
+    claimed_ = true;
+    // Tells the probe that a new stream begins, and lets both ends forget what the last reader left behind.
+    if (const int error = libusb_set_interface_alt_setting(handle_.get(), interface_.number, interface_.setting);
+        error != 0)
+      return refuse("the probe's interface cannot be set: " + text_of(error));
+    for (std::size_t i = 0; i < kTransfersInFlight; ++i) {
+      auto& transfer = in_.emplace_back(std::make_unique<Transfer>(kTransferBytes));
+      transfer->owner = this;
+      libusb_fill_bulk_transfer(transfer->usb, handle_.get(), interface_.in,
+                                reinterpret_cast<unsigned char*>(transfer->memory.data()),
+                                static_cast<int>(kTransferBytes), on_ended, transfer.get(), 0);
+      if (!submit(*transfer)) return refuse("reading from the probe cannot begin");
+    }
+    return {};
+  }
+
+  void close() override {
+    const auto cancel = [](Transfer* t) {
+      if (t != nullptr && t->under_way) libusb_cancel_transfer(t->usb);
+    };
+    for (const auto& t : in_) cancel(t.get());
+    cancel(out_.get());
+    const std::int64_t end = monotonic_now_ns() + kCloseLimit.ns;
+    while (any_under_way() && monotonic_now_ns() < end) handle_events({100'000'000});
+    if (any_under_way()) {
+      // libusb still writes into that memory: it is given up, not given back.
+      for (auto& t : in_) (void)t.release();
+      (void)out_.release();
+      (void)handle_.release();
+      given_up_ = true;
+    }
+    in_.clear();
+    out_.reset();
+    ended_.clear();
+    reading_ = nullptr;
+    errors_in_row_ = 0;
+    broken_ = false;
+    if (handle_ && claimed_) libusb_release_interface(handle_.get(), interface_.number);
+    claimed_ = false;
+    handle_.reset();
+  }
+
+  Status begin_send(std::span<const std::byte> bytes) override {
+    if (!handle_ || (out_ && out_->under_way)) return {StatusCode::unavailable, "not connected"};
+    if (!out_) {
+      out_ = std::make_unique<Transfer>(kTransferBytes);
+      out_->owner = this;
+    }
+    if (bytes.size() > out_->memory.size()) return {StatusCode::internal, "a request larger than a transfer"};
+    std::copy(bytes.begin(), bytes.end(), out_->memory.begin());
+    libusb_fill_bulk_transfer(out_->usb, handle_.get(), interface_.out,
+                              reinterpret_cast<unsigned char*>(out_->memory.data()), static_cast<int>(bytes.size()),
+                              on_ended, out_.get(), kSendTimeoutMs);
+    if (!submit(*out_)) return {StatusCode::unavailable, "the probe is gone"};
+    return {};
+  }
+
+  UsbEvent wait(Duration timeout) override {
+    // Its bytes were the caller's until now.
+    if (Transfer* const t = std::exchange(reading_, nullptr); t != nullptr && !submit(*t)) broken_ = true;
+    // What came before the end is handed on before it is told.
+    if (ended_.empty() && broken_) return gone();
+    if (ended_.empty() && !woken_.exchange(false)) handle_events(timeout);
+    if (!ended_.empty()) {
+      Transfer& t = *ended_.front();
+      ended_.pop_front();
+      return &t == out_.get() ? after_sending(t) : after_receiving(t);
+    }
+    if (std::exchange(arrived_, false)) return {UsbEvent::Kind::arrived, {}, {}, {}};
+    return {};
+  }
+
+  void wake() override {
+    woken_ = true;
+    const std::lock_guard lock(context_mutex_);
+    if (context_ != nullptr) libusb_interrupt_event_handler(context_);
+  }
+
+ private:
+  static int LIBUSB_CALL on_arrival(libusb_context*, libusb_device*, libusb_hotplug_event, void* user) {
+    static_cast<LibusbTransport*>(user)->arrived_ = true;
+    return 0;
+  }
+  static void LIBUSB_CALL on_ended(libusb_transfer* usb) {
+    auto* const t = static_cast<Transfer*>(usb->user_data);
+    t->under_way = false;
+    t->owner->ended_.push_back(t);
+  }
+
+  [[nodiscard]] bool submit(Transfer& t) {
+    t.under_way = libusb_submit_transfer(t.usb) == 0;
+    return t.under_way;
+  }
+  [[nodiscard]] bool any_under_way() const {
+    return (out_ && out_->under_way) || std::any_of(in_.begin(), in_.end(), [](const auto& t) { return t->under_way; });
+  }
+  void handle_events(Duration timeout) {
+    const std::int64_t ns = std::max<std::int64_t>(timeout.ns, 0);
+    if (context_ == nullptr) {
+      // USB could not be had again; whoever waits must not spin, nor sleep through the end.
+      std::this_thread::sleep_for(std::chrono::nanoseconds(std::min<std::int64_t>(ns, 50'000'000)));
+      return;
+    }
+    timeval limit{static_cast<decltype(timeval::tv_sec)>(ns / 1'000'000'000),
+                  static_cast<decltype(timeval::tv_usec)>(ns % 1'000'000'000 / 1000)};
+    (void)libusb_handle_events_timeout_completed(context_, &limit, nullptr);
+  }
+
+  void end_context() {
+    const std::lock_guard lock(context_mutex_);
+    if (context_ == nullptr) return;
+    if (watching_) libusb_hotplug_deregister_callback(context_, watch_);
+    watching_ = false;
+    libusb_exit(context_);
+    context_ = nullptr;
+  }
+
+  /// libusb looks through the buses as it begins; later it believes udev's events, and where no udevd runs (in a container,
+  /// say) there are none: a probe that was plugged in again would never be seen. So it begins anew. `found`: what it said.
+  [[nodiscard]] Status look_anew(const std::string& serial, const Status& found) {
+    const bool absent = found.code() == StatusCode::not_found || found.code() == StatusCode::unavailable;
+    if (!absent || given_up_) return found;
+    end_context();
+    if (Status begun = init(); !begun.ok()) return begun;
+    return find(serial);
+  }
+
+  [[nodiscard]] Status refuse(const std::string& why) {
+    close();
+    return {StatusCode::unavailable, why};
+  }
+  static UsbEvent gone() { return {UsbEvent::Kind::gone, {}, {}, "the probe is gone"}; }
+
+  UsbEvent after_sending(const Transfer& t) {
+    UsbEvent event{UsbEvent::Kind::sent, {}, {}, {}};
+    switch (t.usb->status) {
+      case LIBUSB_TRANSFER_COMPLETED: break;
+      case LIBUSB_TRANSFER_NO_DEVICE: return gone();
+      case LIBUSB_TRANSFER_STALL:
+        libusb_clear_halt(handle_.get(), interface_.out);
+        event.error = "the probe refused a transfer";
+        break;
+      case LIBUSB_TRANSFER_TIMED_OUT: event.error = "the probe did not take a request in time"; break;
+      default: event.error = "a request did not arrive"; break;
+    }
+    return event;
+  }
+
+  UsbEvent after_receiving(Transfer& t) {
+    UsbEvent event{UsbEvent::Kind::received, {}, {}, {}};
+    switch (t.usb->status) {
+      case LIBUSB_TRANSFER_COMPLETED:
+        errors_in_row_ = 0;
+        reading_ = &t;
+        event.bytes = std::span(t.memory).first(static_cast<std::size_t>(t.usb->actual_length));
+        event.ending = t.usb->actual_length < t.usb->length ? UsbEvent::Ending::of_transfer : UsbEvent::Ending::none;
+        return event;
+      case LIBUSB_TRANSFER_NO_DEVICE:
+      case LIBUSB_TRANSFER_CANCELLED: return gone();
+      case LIBUSB_TRANSFER_STALL:
+        libusb_clear_halt(handle_.get(), interface_.in);
+        event.error = "the probe stalled its endpoint; it was cleared";
+        break;
+      case LIBUSB_TRANSFER_OVERFLOW: event.error = "the probe sent more than a packet holds"; break;
+      default: event.error = "a transfer was damaged on the bus"; break;
+    }
+    if (++errors_in_row_ > kMaxErrorsInRow || !submit(t)) return gone();
+    event.kind = UsbEvent::Kind::failed;
+    return event;
+  }
+
+  [[nodiscard]] Status find(const std::string& serial);
+
+  libusb_context* context_ = nullptr;
+  std::mutex context_mutex_;  ///< Between wake() and a context that is made anew.
+  libusb_hotplug_callback_handle watch_{};
+  bool watching_ = false, arrived_ = false, claimed_ = false;
+  bool broken_ = false;    ///< Nothing more can be read.
+  bool given_up_ = false;  ///< The context has transfers that never ended.
+  std::atomic<bool> woken_{false};
+  Handle handle_;
+  Interface interface_;
+  std::vector<std::unique_ptr<Transfer>> in_;
+  std::unique_ptr<Transfer> out_;
+  std::deque<Transfer*> ended_;
+  Transfer* reading_ = nullptr;  ///< Whose bytes the caller reads.
+  int errors_in_row_ = 0;
+};
+
+Status LibusbTransport::find(const std::string& serial) {
+  libusb_device** list = nullptr;
+  if (context_ == nullptr)
+    if (Status begun = init(); !begun.ok()) return begun;
+  const ssize_t count = libusb_get_device_list(context_, &list);
+  if (count < 0) return {StatusCode::unavailable, "USB cannot be looked through: " + text_of(static_cast<int>(count))};
+  std::vector<std::pair<libusb_device*, Interface>> probes;
+  for (ssize_t i = 0; i < count; ++i)
+    if (const auto found = probe_interface(list[i])) probes.emplace_back(list[i], *found);
+
+  const bool choose = !serial.empty() || probes.size() > 1;
+  std::string others;
+  Status status(StatusCode::not_found, "no probe is plugged in");
+  for (const auto& [device, interface] : probes) {
+    Result<Handle> opened = open_device(device);
+    if (!opened) {
+      status = opened.status();
+      continue;
+    }
+    if (const std::string its = choose ? serial_of(opened->get()) : serial; its != serial || (choose && serial.empty())) {
+      others += (others.empty() ? "usb:" : ", usb:") + its;
+      continue;
+    }
+    handle_ = std::move(*opened);
+    interface_ = interface;
+    status = {};
+    break;
+  }
+  libusb_free_device_list(list, 1);
+  if (status.ok() || others.empty()) return status;
+  if (serial.empty()) return {StatusCode::failed_precondition, "several probes are plugged in, name one: " + others};
+  return {StatusCode::not_found, "no probe with the serial number '" + serial + "' is plugged in; there is " + others};
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> probes_on_usb() {
+  libusb_context* context = nullptr;
+  if (const int error = libusb_init(&context); error != 0)
+    return Status(StatusCode::unavailable, "USB cannot be had: " + text_of(error));
+  std::vector<std::string> serials;
+  Status barred;
+  libusb_device** list = nullptr;
+  const ssize_t count = libusb_get_device_list(context, &list);
+  for (ssize_t i = 0; i < count; ++i) {
+    if (!probe_interface(list[i])) continue;
+    if (const Result<Handle> opened = open_device(list[i]); opened.ok())
+      serials.push_back(serial_of(opened->get()));
+    else
+      barred = opened.status();
+  }
+  if (count >= 0) libusb_free_device_list(list, 1);
+  libusb_exit(context);
+  if (count < 0) return Status(StatusCode::unavailable, "USB cannot be looked through: " + text_of(static_cast<int>(count)));
+  if (serials.empty() && !barred.ok()) return barred;
+  return serials;
+}
+
+Result<std::unique_ptr<UsbTransport>> make_libusb_transport() {
+  auto transport = std::make_unique<LibusbTransport>();
+  if (Status begun = transport->init(); !begun.ok()) return begun;
+  return std::unique_ptr<UsbTransport>(std::move(transport));
+}
+
+}  // namespace lightwell::core

@@ -1,0 +1,34 @@
+#include "core/receiver_lights.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <lightwell/cap.hpp>
+
+namespace lightwell::core {
+
+std::vector<ReceiverLight> receiver_lights(std::span<const Light> lights) {
+  std::vector<ReceiverLight> out;
+  out.reserve(lights.size());
+  for (const Light& light : lights) {
+    const Vec3d direction = normalized(vec_cast<double>(light.direction));
+    if (direction == Vec3d{}) continue;
+    const double radius = light.angular_radius_rad;
+    out.push_back({direction, std::sin(std::clamp(radius, 0.0, std::numbers::pi / 2)), radius, light.irradiance});
+  }
+  return out;
+}
+
+Irradiance irradiance_on(std::span<const ReceiverLight> lights, Vec3d normal) {
+  Irradiance sum;
+  for (const ReceiverLight& light : lights) {
+    const double c = dot(light.direction, normal);
+    if (c <= -light.sin_radius) continue;
+    const double share = c >= light.sin_radius ? c : cap_irradiance(c, light.radius_rad);
+    sum += light.irradiance * static_cast<float>(share);
+  }
+  return sum;
+}
+
+}  // namespace lightwell::core

@@ -1,0 +1,290 @@
+// The link by USB cable: one thread that follows a probe and comes back to it.
+#include "core/usb_source.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+#include <random>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <lightwell/back_off.hpp>
+#include <lightwell/framing.hpp>
+#include <lightwell/link_message.hpp>
+
+#include "core/clock_map.hpp"
+#include "core/probe_info.hpp"
+#include "core/usb_questions.hpp"
+
+namespace lightwell::core {
+namespace {
+
+constexpr Duration kInfoPeriod{1'000'000'000};
+/// The first round trips follow each other quickly: the best of a few is a much better clock than one.
+constexpr Duration kFirstInfoPeriod{20'000'000};
+constexpr int kFirstRoundTrips = 8;
+/// An answer takes a few milliseconds; one that does not come was lost with its frame or with the question's.
+constexpr Duration kAnswerTimeout{250'000'000};
+
+/// What one connection knows, from open() to close().
+struct Conversation {
+  HostTime last_heard;
+  HostTime next_info;
+  std::optional<std::uint32_t> info_id;  ///< Of the question that waits for its answer.
+  std::uint32_t sent_id = 0;             ///< Of the request that is on its way.
+  HostTime info_sent;
+  int round_trips = 0;
+  bool sending = false, over = false;
+};
+
+class UsbSource final : public Source {
+ public:
+  UsbSource(std::unique_ptr<UsbTransport> transport, const UsbAddress& address,
+            const ProbeOptions& options, Intake& intake)
+      : transport_(std::move(transport)),
+        address_(address),
+        options_(options),
+        intake_(intake),
+        back_off_(options.retry_min, options.retry_max, std::random_device{}()),
+        writer_(std::random_device{}()),
+        thread_([this] { follow(); }) {}
+
+  ~UsbSource() override {
+    stopping_ = true;
+    transport_->wake();
+    thread_.join();
+  }
+
+  Status set_estimator(const EstimatorConfig& config) override {
+    return tell([&](std::uint32_t id, std::vector<std::byte>& out) {
+             encode_set_estimator_request(id, config, out);
+           })
+        .status();
+  }
+
+  Result<double> report_lux(double lux, Vec3f normal) override {
+    const Result<LinkResponse> told = tell([&](std::uint32_t id, std::vector<std::byte>& out) {
+      encode_report_lux_request(id, lux, vec_cast<double>(normal), out);
+    });
+    if (!told) return told.status();
+    if (!told->scale)
+      return Status(StatusCode::internal, name() + ": the probe answered another question");
+    return *told->scale;
+  }
+
+ private:
+  [[nodiscard]] std::string name() const {
+    return address_.serial.empty() ? "usb" : "usb:" + address_.serial;
+  }
+
+  /// What the probe refused is a failure here.
+  [[nodiscard]] Result<LinkResponse> tell(const UsbQuestions::Encode& encode) {
+    const Result<LinkResponse> answer =
+        questions_.ask(encode, options_.connect_timeout, [this] { transport_->wake(); });
+    const Status status = answer ? answer->status : answer.status();
+    if (!status.ok()) return Status(status.code(), name() + ": " + status.message());
+    return answer;
+  }
+
+  void follow() {
+    while (!stopping_) {
+      intake_.set_state(LinkState::connecting);
+      if (const Status opened = transport_->open(address_.serial); !opened.ok())
+        intake_.report_error(opened.message());
+      else if (converse())
+        back_off_.reset();
+      transport_->close();
+      if (stopping_) break;
+      intake_.set_state(LinkState::waiting);
+      pause(back_off_.next());
+    }
+    questions_.link_down();
+  }
+
+  /// Until the time is over, or a probe was plugged in.
+  void pause(Duration duration) {
+    const HostTime end = HostTime{monotonic_now_ns()} + duration;
+    for (HostTime now{monotonic_now_ns()}; now < end && !stopping_; now = {monotonic_now_ns()})
+      if (transport_->wait(end - now).kind == UsbEvent::Kind::arrived) {
+        back_off_.reset();
+        return;
+      }
+  }
+
+  /// One connection until its end; true where the probe answered.
+  bool converse() {
+    // What the last connection left unfinished will not be finished; frames that are missing are counted by their numbers.
+    reader_.begin_stream();
+    Conversation c;
+    c.last_heard = c.next_info = {monotonic_now_ns()};
+    while (!c.over && !stopping_) {
+      on_time(c, {monotonic_now_ns()});
+      if (c.over) break;
+      if (!c.sending) send_next(c);
+      on_event(c, transport_->wait(due(c) - HostTime{monotonic_now_ns()}));
+    }
+    questions_.link_down();
+    return c.round_trips > 0;
+  }
+
+  [[nodiscard]] HostTime due(const Conversation& c) const {
+    const HostTime silent = c.last_heard + options_.silence_limit;
+    return std::min(silent, c.info_id ? c.info_sent + kAnswerTimeout : c.next_info);
+  }
+
+  void on_time(Conversation& c, HostTime now) {
+    if (now >= c.last_heard + options_.silence_limit) {
+      intake_.report_error(name() + ": the probe fell silent");
+      c.over = true;
+    }
+    if (c.info_id && now >= c.info_sent + kAnswerTimeout) {
+      c.info_id.reset();
+      c.next_info = now;
+    }
+  }
+
+  void send_next(Conversation& c) {
+    const HostTime now{monotonic_now_ns()};
+    const bool asks = !c.info_id && now >= c.next_info;
+    if (asks) {
+      c.info_id = questions_.new_id();
+      c.info_sent = now;
+      c.sent_id = *c.info_id;
+      encode_info_request(*c.info_id, message_);
+    } else if (const auto id = questions_.next(message_)) {
+      c.sent_id = *id;
+    } else {
+      return;
+    }
+    // A request of ours is always within its limit.
+    if (!writer_.write(FrameKind::request, message_, frame_).ok()) return;
+    if (const Status begun = transport_->begin_send(frame_); begun.ok())
+      c.sending = true;
+    else
+      // That the link is over is told by an event, behind what came before.
+      on_not_sent(c, begun.message());
+  }
+
+  void on_event(Conversation& c, const UsbEvent& event) {
+    switch (event.kind) {
+      case UsbEvent::Kind::received:
+        on_received(c, event);
+        break;
+      case UsbEvent::Kind::sent:
+        c.sending = false;
+        if (!event.error.empty()) on_not_sent(c, event.error);
+        break;
+      case UsbEvent::Kind::failed:
+        intake_.report_error(name() + ": " + event.error);
+        break;
+      case UsbEvent::Kind::gone:
+        intake_.report_error(name() + ": " + event.error);
+        c.over = true;
+        break;
+      case UsbEvent::Kind::arrived:
+      case UsbEvent::Kind::woken:
+      case UsbEvent::Kind::timeout:
+        break;
+    }
+  }
+
+  void on_not_sent(Conversation& c, const std::string& error) {
+    intake_.report_error(name() + ": " + error);
+    if (c.info_id != c.sent_id) {
+      questions_.answered({c.sent_id, Status(StatusCode::unavailable, error), {}, {}});
+      return;
+    }
+    c.info_id.reset();
+    c.next_info = HostTime{monotonic_now_ns()} + kFirstInfoPeriod;
+  }
+
+  void on_received(Conversation& c, const UsbEvent& event) {
+    const HostTime received{monotonic_now_ns()};
+    const FrameReader::Take take = [&](const LinkFrame& frame) { on_frame(c, frame, received); };
+    reader_.push(event.bytes, take);
+    if (event.ending == UsbEvent::Ending::of_transfer) reader_.end_transfer(take);
+    const FrameCounters& counters = reader_.counters();
+    intake_.note_link(counters.lost, counters.refused() + misplaced_);
+    // The application's observer may have taken its time, which is no silence of the probe.
+    c.last_heard = {monotonic_now_ns()};
+  }
+
+  void on_frame(Conversation& c, const LinkFrame& frame, HostTime received) {
+    if (frame.session != session_) {
+      // The probe began anew, and its clock may have, too.
+      session_ = frame.session;
+      clock_.forget();
+      intake_.begin_anew();
+    }
+    if (frame.kind == FrameKind::descriptor) {
+      // A probe answers before it sends: only the very first could come without a clock to understand it by.
+      if (clock_.known())
+        intake_.take(frame.payload, received,
+                     [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
+      return;
+    }
+    if (frame.kind != FrameKind::response) {
+      ++misplaced_;
+      return;
+    }
+    const Result<LinkResponse> response = decode_link_response(frame.payload);
+    if (!response)
+      ++misplaced_;
+    else if (c.info_id == response->id)
+      on_info(c, *response, received);
+    else
+      questions_.answered(*response);
+  }
+
+  void on_info(Conversation& c, const LinkResponse& response, HostTime received) {
+    c.info_id.reset();
+    c.next_info = received + (++c.round_trips < kFirstRoundTrips ? kFirstInfoPeriod : kInfoPeriod);
+    if (!response.status.ok() || !response.info) {
+      intake_.report_error(name() + ": " + (response.status.ok() ? "the probe answered another question"
+                                                                 : response.status.message()));
+      return;
+    }
+    const InfoAnswer& answer = *response.info;
+    clock_.add(c.info_sent, answer.clock_now, received);
+    intake_.set_state(LinkState::connected);
+    questions_.link_up();
+    // Last: it lets connect() return.
+    intake_.describe(probe_info(answer.status, clock_, received));
+  }
+
+  const std::unique_ptr<UsbTransport> transport_;
+  const UsbAddress address_;
+  const ProbeOptions options_;
+  Intake& intake_;
+  UsbQuestions questions_;
+
+  // The reader thread's.
+  BackOff back_off_;
+  FrameReader reader_;
+  FrameWriter writer_;
+  ClockMap clock_;
+  std::optional<std::uint32_t> session_;
+  std::uint64_t misplaced_ = 0;  ///< Intact frames that hold nothing that a probe may send.
+  std::vector<std::byte> message_, frame_;
+
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace
+
+std::unique_ptr<Source> make_usb_source(std::unique_ptr<UsbTransport> transport, const UsbAddress& address,
+                                        const ProbeOptions& options, Intake& intake) {
+  return std::make_unique<UsbSource>(std::move(transport), address, options, intake);
+}
+
+Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,
+                                                Intake& intake) {
+  Result<std::unique_ptr<UsbTransport>> transport = make_libusb_transport();
+  if (!transport) return transport.status();
+  return make_usb_source(std::move(*transport), address, options, intake);
+}
+
+}  // namespace lightwell::core

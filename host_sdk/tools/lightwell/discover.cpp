@@ -1,0 +1,87 @@
+#include <array>
+#include <cstdio>
+#include <string>
+
+#include <lightwell/advertisement.hpp>
+#include <lightwell/discover.hpp>
+
+#include "broker_login.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "json_line.hpp"
+
+namespace lightwell::tool {
+namespace {
+
+std::string hex(std::uint32_t value) {
+  std::array<char, 9> text{};
+  std::snprintf(text.data(), text.size(), "%08x", value);
+  return text.data();
+}
+
+std::string json_of(const FoundProbe& probe) {
+  std::string links;
+  for (const FoundLink& link : probe.links)
+    links +=
+        (links.empty() ? "" : ",") + JsonLine().text("uri", printable(link.uri)).text("security", link.security).str();
+  JsonLine line;
+  line.text("found_by", to_string(probe.by))
+      .text("name", printable(probe.name))
+      .text("id", hex(probe.id))
+      .text("version", printable(probe.version))
+      .text("calibration_id", hex(probe.calibration_id))
+      .number("wire_version", probe.wire_version)
+      .text("instance", printable(probe.instance))
+      .text("host", printable(probe.host))
+      .text("state", probe.gone ? "gone" : "there")
+      .raw("links", "[" + links + "]");
+  return line.str();
+}
+
+void print(const FoundProbe& probe) {
+  // A probe that has gone leaves no more than its topic.
+  if (probe.gone) {
+    std::printf("%s  has left the broker\n", printable(probe.instance).c_str());
+    return;
+  }
+  std::printf("%s  version %s  calibration %s  by %s", printable(probe.name).c_str(), printable(probe.version).c_str(),
+              hex(probe.calibration_id).c_str(), std::string(to_string(probe.by)).c_str());
+  if (probe.instance != probe.name) std::printf(" as '%s'", printable(probe.instance).c_str());
+  if (!probe.host.empty()) std::printf(" on %s", printable(probe.host).c_str());
+  std::printf("\n");
+  for (const FoundLink& link : probe.links)
+    std::printf("    %s  %s\n", printable(link.uri).c_str(), link.security == "tls" ? "TLS" : "not encrypted");
+  if (probe.links.empty()) std::printf("    no link that other machines reach\n");
+}
+
+}  // namespace
+
+int run_discover(const DiscoverCommand& command) {
+  DiscoverOptions options;
+  options.timeout = Duration::from_seconds(command.timeout);
+  options.broker = command.broker;
+  const Result<MqttCredentials> login = broker_login();
+  if (!login.ok()) return fail(login.status());
+  options.credentials = *login;
+  if (!command.ca_file.empty()) options.credentials.ca_file = command.ca_file;
+  if (!command.login_file.empty())
+    if (const Status status = read_login(command.login_file, options.credentials); !status.ok())
+      return fail(kFile, status.message());
+  const Result<Discovered> found = discover(options);
+  if (!found.ok()) return fail(found.status());
+  for (const FoundProbe& probe : found->probes) {
+    if (command.output == Output::json)
+      std::printf("%s\n", json_of(probe).c_str());
+    else
+      print(probe);
+  }
+  for (const std::string& problem : found->problems)
+    std::fprintf(stderr, "lightwell: %s\n", printable(problem).c_str());
+  if (found->refused > 0)
+    std::fprintf(stderr, "lightwell: %zu announcements were malformed and are left out\n", found->refused);
+  if (!found->probes.empty()) return kOk;
+  // Where a way could not be gone, nothing is known; else there is nobody.
+  return found->problems.empty() ? fail(kNothingReceived, "no probe was found") : kUnreachable;
+}
+
+}  // namespace lightwell::tool
