@@ -1,0 +1,838 @@
+// How is this point lit, right now? Lightwell for C#, one file over the C ABI (lightwell.h), for Unity and elsewhere.
+//   Probe      the connection: Latest, At, WaitForNext, Info, Stats, SetEstimator, ReportLux
+//   Lighting   an answer: Irradiance, Radiance, coefficients, Lights, the map for reflections, Rotated, ToUnity
+//
+// Put it into the project with liblightwell.so beside it (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are
+// enough; there is no unsafe code. Directions and normals are in the probe's frame: right-handed, +X right, +Y up,
+// -Z forward, metres; they need not be of length one. UNITY'S AXES ARE OTHERS: Lighting.ToUnity gives what Unity takes,
+// and a normal of Unity's is (x, y, -z) here. Colours are linear Rec. 709, D65: the luminance of irradiance is in lux
+// and of radiance in cd/m² where Units are Absolute.
+//
+// A render loop makes one Lighting and calls probe.Latest(light) every frame: that takes no lock, does not wait, and
+// makes no garbage. Any thread may call anything; only fill a Lighting while no other thread asks it.
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using System.Text;
+
+namespace Lightwell
+{
+    public enum Status
+    {
+        Ok, InvalidArgument, NotFound, DataLoss, FailedPrecondition, Unavailable, ResourceExhausted, Internal
+    }
+
+    /// <summary>May an answer be used?</summary>
+    public enum Validity
+    {
+        Valid,
+        /// <summary>Real, but older than ProbeOptions.MaxAge.</summary>
+        Stale,
+        /// <summary>No descriptor has come yet; the value is zero.</summary>
+        None,
+        /// <summary>The moment lies before the oldest kept; the value is zero.</summary>
+        BeforeHistory,
+        /// <summary>The question was none; the value is zero.</summary>
+        InvalidQuery
+    }
+
+    public enum Units { Relative = 1, Absolute = 2 }
+
+    /// <summary>Why a value may be wrong all the same; what each means stands in lightwell.h.</summary>
+    [Flags]
+    public enum LightFlags : uint
+    {
+        Unseen = 1 << 1, Clipped = 1 << 2, Cleaned = 1 << 3, Dark = 1 << 4, Moved = 1 << 5, Filled = 1 << 6,
+        Recovered = 1 << 7, Newer = 1u << 31
+    }
+
+    /// <summary>How an answer came about: of one descriptor, between two, beyond the newest with its lights moved on, or
+    /// beyond that the newest as it was.</summary>
+    public enum Derivation { Measured, Interpolated, Extrapolated, Held }
+
+    public enum LinkState
+    {
+        Connecting, Connected, Waiting, Ended,
+        /// <summary>Of MQTT: the broker says that the probe has left it.</summary>
+        Gone
+    }
+
+    /// <summary>A call that failed: how, and what to do.</summary>
+    public sealed class LightwellException : Exception
+    {
+        public Status Status { get; }
+
+        public LightwellException(Status status, string message) : base(message) { Status = status; }
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Vec3
+    {
+        public float X, Y, Z;
+
+        public Vec3(float x, float y, float z) { X = x; Y = y; Z = z; }
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Rgb
+    {
+        public float R, G, B;
+
+        public Rgb(float r, float g, float b) { R = r; G = g; B = b; }
+
+        /// <summary>cd/m² of radiance, lux of irradiance, where units are absolute.</summary>
+        public float Luminance { get { return 0.2126f * R + 0.7152f * G + 0.0722f * B; } }
+    }
+
+    /// <summary>A rotation: Hamilton, p_new = q p_old.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Rotation
+    {
+        public double X, Y, Z, W;
+
+        public Rotation(double x, double y, double z, double w) { X = x; Y = y; Z = z; W = w; }
+    }
+
+    /// <summary>A value with all that is needed to decide whether to believe it.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Answer
+    {
+        internal uint size;
+        private int validity;
+        private long age;
+        private IntPtr reason;
+        private Rgb value;
+        private float errorBound;
+        private uint flags;
+        private int lightsIncluded;
+        private int units;
+        private uint refused;
+
+        /// <summary>Zero for a batch.</summary>
+        public Rgb Value { get { return value; } }
+        public Validity Validity { get { return (Validity)validity; } }
+        /// <summary>Since mid-exposure, when the lighting was asked for.</summary>
+        public long AgeNs { get { return age; } }
+        /// <summary>Why it is not valid; empty where it is. Makes a string.</summary>
+        public string Reason { get { return Marshal.PtrToStringAnsi(reason) ?? ""; } }
+        /// <summary>RMS relative to the RMS irradiance, 0.01 is 1 %; infinite where flags say why.</summary>
+        public float ErrorBound { get { return errorBound; } }
+        public LightFlags Flags { get { return (LightFlags)flags; } }
+        /// <summary>False of radiance at roughness 0, which leaves the discrete lights out.</summary>
+        public bool LightsIncluded { get { return lightsIncluded != 0; } }
+        public Units Units { get { return (Units)units; } }
+        /// <summary>Questions of a batch that were none: their values are zero, and Validity is InvalidQuery.</summary>
+        public uint Refused { get { return refused; } }
+    }
+
+    /// <summary>What is known of an answer beside its light.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct LightingInfo
+    {
+        internal uint size;
+        private int validity;
+        private long age;
+        private IntPtr reason;
+        /// <summary>What AgeNs may be off by; one that may be older than MaxAge is stale.</summary>
+        public long AgeUncertaintyNs;
+        public ulong Sequence;
+        /// <summary>Of Probe.NowNs; 0 where there was none.</summary>
+        public long MidExposureNs;
+        public long ReceivedNs;
+        /// <summary>Of the probe's own clock.</summary>
+        public long ProbeMidExposureNs;
+        public long DeliveredAfterNs;
+        public long EncodedAfterNs;
+        public ulong EncodedBytes;
+        private int units;
+        private uint flags;
+        public float BoundTotal, BoundTruncation, BoundSampling, BoundNoise, BoundQuantization, BoundSmoothing;
+        /// <summary>Share of the sphere that some pixel saw.</summary>
+        public float Coverage;
+        /// <summary>Share of the seen sphere that was saturated in every exposure.</summary>
+        public float Saturated;
+        public int Band;
+        public uint LightCount;
+        public uint ProbeId;
+        public uint CalibrationId;
+        /// <summary>1 fast, 2 balanced, 3 exact.</summary>
+        public int Setting;
+        /// <summary>0 not known, 1 none, 2 100 Hz, 3 120 Hz.</summary>
+        public int Flicker;
+        private int derivation;
+
+        public Derivation Derivation { get { return (Derivation)derivation; } }
+        public Validity Validity { get { return (Validity)validity; } }
+        public long AgeNs { get { return age; } }
+        public string Reason { get { return Marshal.PtrToStringAnsi(reason) ?? ""; } }
+        public Units Units { get { return (Units)units; } }
+        public LightFlags Flags { get { return (LightFlags)flags; } }
+    }
+
+    /// <summary>A lamp, the sun, a window: a cap of uniform radiance.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct LightSource
+    {
+        internal uint size;
+        /// <summary>Stays with the same lamp; 0 is not a track.</summary>
+        public uint Track;
+        /// <summary>Unit, TOWARDS the light.</summary>
+        public Vec3 Direction;
+        /// <summary>Vector irradiance: of a receiver that faces it.</summary>
+        public Rgb Irradiance;
+        /// <summary>rad</summary>
+        public float AngularRadius;
+        /// <summary>u·u, u·v, v·v in rad².</summary>
+        public Vec3 DirectionCovariance;
+    }
+
+    /// <summary>One octahedral square of the map for reflections: +Y at the centre, u from x, v from z, rows from the
+    /// top, the lights left out.</summary>
+    public sealed class EnvironmentLevel
+    {
+        public int Edge { get; internal set; }
+        /// <summary>Perceptual.</summary>
+        public float Roughness { get; internal set; }
+        public Rgb[] Radiance { get; internal set; }
+    }
+
+    /// <summary>The prefiltered map for reflections.</summary>
+    public sealed class EnvironmentMap
+    {
+        /// <summary>By rising roughness.</summary>
+        public EnvironmentLevel[] Levels { get; internal set; }
+        /// <summary>Of the descriptor that brought it: upload when this changes.</summary>
+        public ulong Sequence { get; internal set; }
+        public long OlderByNs { get; internal set; }
+        /// <summary>p_lighting = Rotation p_map.</summary>
+        public Rotation Rotation { get; internal set; }
+        public uint Key { get; internal set; }
+    }
+
+    /// <summary>What a Unity light's intensity means: over pi in the built-in pipeline and URP, lux in HDRP.</summary>
+    public enum UnityPipeline { Universal, HighDefinition }
+
+    /// <summary>Where the strongest light goes.</summary>
+    public enum MainLight { Apart, InHarmonics }
+
+    /// <summary>Light for RenderSettings.ambientProbe and a directional Light, in Unity's axes (left-handed, +Z forward).
+    /// <code>
+    /// var probe = new SphericalHarmonicsL2();
+    /// for (int rgb = 0; rgb &lt; 3; ++rgb) for (int i = 0; i &lt; 9; ++i) probe[rgb, i] = unity.SphericalHarmonicsL2[9 * rgb + i];
+    /// sun.transform.forward = new Vector3(unity.Forward.X, unity.Forward.Y, unity.Forward.Z);
+    /// sun.color = new Color(unity.Color.R, unity.Color.G, unity.Color.B).gamma;
+    /// sun.intensity = unity.Intensity;
+    /// </code></summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct UnityLighting
+    {
+        internal uint size;
+        private int validity;
+        private float residual;
+        [MarshalAs(UnmanagedType.ByValArray, SizeConst = 27)] private float[] harmonics;
+        /// <summary>Where the main light shines; unit.</summary>
+        public Vec3 Forward;
+        /// <summary>Linear, largest channel 1.</summary>
+        public Rgb Color;
+        /// <summary>0 where there is no main light, or no estimate.</summary>
+        public float Intensity;
+
+        public Validity Validity { get { return (Validity)validity; } }
+        /// <summary>Error of the irradiance by what Unity cannot hold, relative; -1 where it was not worked out.</summary>
+        public float Residual { get { return residual; } }
+        /// <summary>this[rgb, coefficient] at 9 rgb + coefficient, pre-scaled as Unity has it.</summary>
+        public float[] SphericalHarmonicsL2 { get { return harmonics; } }
+    }
+
+    /// <summary>How a probe is followed. Zero is the default, as ProbeOptions of probe.hpp has it.</summary>
+    public sealed class ProbeOptions
+    {
+        /// <summary>Descriptors kept for At; 64.</summary>
+        public int History;
+        /// <summary>Older answers are stale; 250 ms.</summary>
+        public TimeSpan MaxAge;
+        /// <summary>How far beyond the newest At moves lights on; 50 ms. Negative: not at all.</summary>
+        public TimeSpan Extrapolation;
+        public TimeSpan ConnectTimeout, RetryMin, RetryMax, SilenceLimit;
+        /// <summary>Of a grpcs:// probe, as `lightwell pair` writes it; looked up by address where it is null.</summary>
+        public string CredentialsFolder;
+        /// <summary>With what a broker is met; files are PEM.</summary>
+        public string MqttCaFile, MqttCertificateFile, MqttKeyFile, MqttUser, MqttPassword;
+    }
+
+    /// <summary>Fields and defaults of EstimatorConfig in proto/lightwell/v1/config.proto.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct EstimatorConfig
+    {
+        internal uint size;
+        public int Band, MaxLights;
+        /// <summary>1 fast, 2 balanced, 3 exact.</summary>
+        public int Setting;
+        /// <summary>1 none, 2 mirror, 3 average.</summary>
+        public int Unseen;
+        /// <summary>1 none, 2 the 1 euro filter.</summary>
+        public int Smoothing;
+        /// <summary>0, 8, 16, 32 or 64.</summary>
+        public int EnvironmentEdge;
+        private int reserved;
+        public double LightThreshold, Epsilon, RadianceEpsilon, EnvironmentRate;
+
+        public static EstimatorConfig Defaults()
+        {
+            var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
+            Native.Check(Native.lw_estimator_config_defaults(ref config));
+            return config;
+        }
+    }
+
+    /// <summary>Who a probe is, how its clock stands, and what it counted since its start.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct ProbeInfo
+    {
+        internal uint size;
+        public uint Id, CalibrationId, Clients;
+        /// <summary>The probe's clock less the host's; the true one is within ClockUncertaintyNs of it.</summary>
+        public long ClockOffsetNs, ClockUncertaintyNs;
+        public double ClockDriftPpm;
+        public ulong Frames, CapturesDropped, BracketsIncomplete, Estimates, EstimatesFailed, DescriptorsCoalesced,
+            FramesRecorded, RecordingFaults, FramesLost, SettingMoves, EstimatesLate, EstimatesLateAtFast,
+            MessagesRefused, AuthenticationFailures;
+        private int mounted, reserved;
+        /// <summary>Where the probe hangs in its room, m; zero where it is not Mounted.</summary>
+        public double PositionX, PositionY, PositionZ;
+        /// <summary>p_world = Orientation p_probe + position.</summary>
+        public Rotation Orientation;
+
+        /// <summary>Whether the probe knows where it hangs.</summary>
+        public bool Mounted { get { return mounted != 0; } }
+    }
+
+    /// <summary>How the link fares since it was made.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct LinkStats
+    {
+        internal uint size;
+        private int state;
+        public ulong Received, Bytes, Gaps, Oversized, Undecodable, Replayed, Reconnects, Maps, MapsWithoutKey,
+            FramesLost, FramesRefused, Untimely;
+
+        public LinkState State { get { return (LinkState)state; } }
+    }
+
+    /// <summary>How a place is lit, at one moment. It does not follow the probe: Probe.Latest fills it anew.</summary>
+    public sealed class Lighting : IDisposable
+    {
+        public const int MaxBand = 6, MaxLights = 64;
+
+        internal readonly LightingHandle Handle;
+
+        /// <summary>Empty: Validity.None.</summary>
+        public Lighting()
+        {
+            Native.CheckVersion();
+            LightingHandle made;
+            Native.Check(Native.lw_lighting_create(out made));
+            Handle = made;
+        }
+
+        public void Dispose() { Handle.Dispose(); }
+
+        /// <summary>The light of a LightingDescriptor's bytes that came by other ways than a Probe.</summary>
+        public static Lighting Decode(byte[] message, long ageNs = 0)
+        {
+            if (message == null) throw new ArgumentNullException("message");
+            var made = new Lighting();
+            Native.Check(Native.lw_lighting_decode(message, Native.Size(message.Length), ageNs, made.Handle));
+            return made;
+        }
+
+        public Lighting Copy()
+        {
+            var made = new Lighting();
+            Native.Check(Native.lw_lighting_copy(Handle, made.Handle));
+            return made;
+        }
+
+        /// <summary>The same light in a frame turned by q: the rotation of T_world_probe lights a world.</summary>
+        public Lighting Rotated(Rotation q)
+        {
+            var made = new Lighting();
+            Rotated(q, made);
+            return made;
+        }
+
+        /// <summary>The same into one that is there; `into` may be this.</summary>
+        public void Rotated(Rotation q, Lighting into)
+        {
+            Native.Check(Native.lw_lighting_rotated(Handle, ref q, into.Handle));
+        }
+
+        public LightingInfo Info
+        {
+            get
+            {
+                var info = new LightingInfo { size = Native.SizeOfLightingInfo };
+                Native.Check(Native.lw_lighting_get_info(Handle, ref info));
+                return info;
+            }
+        }
+
+        /// <summary>Why it is not valid, with numbers; empty where it is.</summary>
+        public string Reason { get { return Native.Text((m, c, l) => Native.lw_lighting_reason(Handle, m, c, l)); } }
+
+        /// <summary>Of a flat receiver that faces `normal`. Not divided by pi, not clamped.</summary>
+        public Answer Irradiance(Vec3 normal)
+        {
+            var answer = new Answer { size = Native.SizeOfAnswer };
+            Native.Check(Native.lw_lighting_irradiance(Handle, ref normal, ref answer));
+            return answer;
+        }
+
+        /// <summary>Of a surface of that perceptual roughness whose mirror direction is `direction`.</summary>
+        public Answer Radiance(Vec3 direction, float roughness)
+        {
+            var answer = new Answer { size = Native.SizeOfAnswer };
+            Native.Check(Native.lw_lighting_radiance(Handle, ref direction, roughness, ref answer));
+            return answer;
+        }
+
+        /// <summary>values[i] is of normals[i]; both have the same length. No copies are made.</summary>
+        public Answer Irradiance(Vec3[] normals, Rgb[] values)
+        {
+            SameLength(normals, values);
+            var about = new Answer { size = Native.SizeOfAnswer };
+            Native.Check(Native.lw_lighting_irradiance_batch(Handle, normals, UIntPtr.Zero, Native.Size(normals.Length),
+                                                             values, UIntPtr.Zero, ref about));
+            return about;
+        }
+
+        public Answer Radiance(Vec3[] directions, float roughness, Rgb[] values)
+        {
+            SameLength(directions, values);
+            var about = new Answer { size = Native.SizeOfAnswer };
+            Native.Check(Native.lw_lighting_radiance_batch(Handle, directions, UIntPtr.Zero,
+                                                           Native.Size(directions.Length), roughness, values,
+                                                           UIntPtr.Zero, ref about));
+            return about;
+        }
+
+        /// <summary>Spherical harmonics of the radiance without the lights: real, orthonormal, no Condon-Shortley
+        /// phase, in the order l(l+1)+m. (maxBand + 1)² of them, zeros above Info.Band.</summary>
+        public Rgb[] RadianceCoefficients(int maxBand) { return Coefficients(0, maxBand); }
+
+        /// <summary>The same convolved with the cosine: evaluate at a normal, and add the lights.</summary>
+        public Rgb[] IrradianceCoefficients(int maxBand) { return Coefficients(1, maxBand); }
+
+        /// <summary>Strongest first.</summary>
+        public LightSource[] Lights
+        {
+            get
+            {
+                var lights = new LightSource[MaxLights];
+                UIntPtr count;
+                Native.Check(Native.lw_lighting_lights(Handle, lights, Native.Size(Marshal.SizeOf(typeof(LightSource))),
+                                                       Native.Size(MaxLights), out count));
+                Array.Resize(ref lights, (int)count);
+                return lights;
+            }
+        }
+
+        /// <summary>Null where the probe sends none.</summary>
+        public EnvironmentMap Environment
+        {
+            get
+            {
+                var c = new Native.CEnvironment { size = (uint)Marshal.SizeOf(typeof(Native.CEnvironment)) };
+                Native.Check(Native.lw_lighting_environment(Handle, ref c));
+                if (c.levelCount == 0) return null;
+                var levels = new EnvironmentLevel[c.levelCount];
+                for (uint k = 0; k < levels.Length; ++k)
+                {
+                    var edge = (int)c.edge[k];
+                    var radiance = new Rgb[edge * edge];
+                    Native.Check(Native.lw_lighting_environment_radiance(Handle, k, radiance,
+                                                                         Native.Size(3 * radiance.Length)));
+                    levels[k] = new EnvironmentLevel { Edge = edge, Roughness = c.roughness[k], Radiance = radiance };
+                }
+                return new EnvironmentMap
+                {
+                    Levels = levels, Sequence = c.sequence, OlderByNs = c.olderBy, Rotation = c.rotation, Key = c.key
+                };
+            }
+        }
+
+        /// <summary>In Unity's terms. Turn it into the application's world first, in the probe's axes (Rotated).
+        /// exposure multiplies every colour: 1 leaves cd/m² and lux.</summary>
+        public UnityLighting ToUnity(UnityPipeline pipeline, MainLight mainLight = MainLight.Apart, float exposure = 1)
+        {
+            var options = new Native.CConversionOptions
+            {
+                size = (uint)Marshal.SizeOf(typeof(Native.CConversionOptions)),
+                color = new[] { exposure, 0, 0, 0, exposure, 0, 0, 0, exposure }
+            };
+            // A matrix of zeros is none: it would leave the light as it is.
+            if (exposure == 0) throw new ArgumentOutOfRangeException("exposure", "it is not zero");
+            var unity = new UnityLighting { size = (uint)Marshal.SizeOf(typeof(UnityLighting)) };
+            Native.Check(Native.lw_lighting_to_unity(Handle, (int)pipeline, (int)mainLight, ref options, ref unity));
+            return unity;
+        }
+
+        private Rgb[] Coefficients(int quantity, int maxBand)
+        {
+            if (maxBand < 0 || maxBand > MaxBand)
+                throw new ArgumentOutOfRangeException("maxBand", maxBand, "it is 0 to 6");
+            var values = new Rgb[(maxBand + 1) * (maxBand + 1)];
+            int band;
+            Native.Check(Native.lw_lighting_harmonics(Handle, quantity, maxBand, values, out band));
+            return values;
+        }
+
+        private static void SameLength(Vec3[] questions, Rgb[] values)
+        {
+            if (questions == null) throw new ArgumentNullException("questions");
+            if (values == null) throw new ArgumentNullException("values");
+            if (questions.Length != values.Length)
+                throw new ArgumentException(questions.Length + " questions, and room for " + values.Length + " values");
+        }
+    }
+
+    /// <summary>A link to one probe, from Connect to Dispose. Dispose waits for no call of another thread: the link
+    /// ends when the last one returns.</summary>
+    public sealed class Probe : IDisposable
+    {
+        /// <summary>How long a wait goes on before it looks for Dispose.</summary>
+        private const long SliceNs = 100000000;
+
+        private readonly ProbeHandle handle;
+
+        private Probe(ProbeHandle handle) { this.handle = handle; }
+
+        /// <summary>uri: "grpc://host:port", "grpcs://" with TLS, "usb:SERIAL", "mqtt://broker/venue/probe",
+        /// "mqtts://", or "replay:PATH", a recording of descriptors. Blocks, at most
+        /// ConnectTimeout.</summary>
+        public static Probe Connect(string uri, ProbeOptions options = null)
+        {
+            if (uri == null) throw new ArgumentNullException("uri");
+            Native.CheckVersion();
+            var c = new Native.COptions { size = (uint)Marshal.SizeOf(typeof(Native.COptions)) };
+            if (options != null)
+            {
+                c.history = options.History;
+                c.maxAge = Ns(options.MaxAge);
+                c.extrapolation = options.Extrapolation < TimeSpan.Zero ? -1 : Ns(options.Extrapolation);
+                c.connectTimeout = Ns(options.ConnectTimeout);
+                c.retryMin = Ns(options.RetryMin);
+                c.retryMax = Ns(options.RetryMax);
+                c.silenceLimit = Ns(options.SilenceLimit);
+            }
+            var bytes = Encoding.UTF8.GetBytes(uri);
+            var texts = new List<GCHandle>();
+            try
+            {
+                if (options != null)
+                {
+                    c.credentialsFolder = Pinned(options.CredentialsFolder, texts);
+                    c.mqttCaFile = Pinned(options.MqttCaFile, texts);
+                    c.mqttCertificateFile = Pinned(options.MqttCertificateFile, texts);
+                    c.mqttKeyFile = Pinned(options.MqttKeyFile, texts);
+                    c.mqttUser = Pinned(options.MqttUser, texts);
+                    c.mqttPassword = Pinned(options.MqttPassword, texts);
+                }
+                ProbeHandle made;
+                Native.Check(Native.lw_probe_connect(bytes, Native.Size(bytes.Length), ref c, out made));
+                return new Probe(made);
+            }
+            finally
+            {
+                foreach (var text in texts) text.Free();
+            }
+        }
+
+        /// <summary>UTF-8 that ends with a zero byte and stays where it is until its handle is freed.</summary>
+        private static IntPtr Pinned(string text, List<GCHandle> texts)
+        {
+            if (text == null) return IntPtr.Zero;
+            texts.Add(GCHandle.Alloc(Encoding.UTF8.GetBytes(text + "\0"), GCHandleType.Pinned));
+            return texts[texts.Count - 1].AddrOfPinnedObject();
+        }
+
+        public void Dispose() { handle.Dispose(); }
+
+        /// <summary>This machine's clock, of At and of the times of the host.</summary>
+        public static long NowNs { get { return Native.lw_now_ns(); } }
+
+        /// <summary>The newest, into one that is there: for render loops. Validity.None before the first.</summary>
+        public void Latest(Lighting into) { Native.Check(Native.lw_probe_latest(handle, into.Handle)); }
+
+        public Lighting Latest()
+        {
+            var made = new Lighting();
+            Latest(made);
+            return made;
+        }
+
+        /// <summary>The newest in the axes of the room that the probe hangs in; Validity.InvalidQuery where it is not
+        /// Mounted.</summary>
+        public Lighting LatestInWorld()
+        {
+            var made = new Lighting();
+            Native.Check(Native.lw_probe_latest_in_world(handle, made.Handle));
+            return made;
+        }
+
+        /// <summary>How it was lit at a moment of NowNs: between two descriptors interpolated.</summary>
+        public Lighting At(long hostTimeNs)
+        {
+            var made = new Lighting();
+            Native.Check(Native.lw_probe_at(handle, hostTimeNs, made.Handle));
+            return made;
+        }
+
+        /// <summary>Waits for the newest with another sequence than `seen` (null: any). Status.Unavailable after
+        /// `timeout`, FailedPrecondition where the recording has ended. Blocks.</summary>
+        public Lighting WaitForNext(ulong? seen, TimeSpan timeout)
+        {
+            var made = new Lighting();
+            var end = NowNs + Ns(timeout);
+            for (;;)
+            {
+                var left = end - NowNs;
+                var wait = Math.Max(0, Math.Min(left, SliceNs));
+                var known = seen.GetValueOrDefault();
+                var status = seen.HasValue
+                    ? Native.lw_probe_wait_for_next(handle, ref known, wait, made.Handle)
+                    : Native.lw_probe_wait_for_any(handle, IntPtr.Zero, wait, made.Handle);
+                if (status == (int)Status.Unavailable && left > SliceNs) continue;
+                Native.Check(status);
+                return made;
+            }
+        }
+
+        /// <summary>Blocks shortly, as the following.</summary>
+        public ProbeInfo Info
+        {
+            get
+            {
+                var info = new ProbeInfo { size = (uint)Marshal.SizeOf(typeof(ProbeInfo)) };
+                Native.Check(Native.lw_probe_get_info(handle, ref info));
+                return info;
+            }
+        }
+
+        public LinkStats Stats
+        {
+            get
+            {
+                var stats = new LinkStats { size = (uint)Marshal.SizeOf(typeof(LinkStats)) };
+                Native.Check(Native.lw_probe_get_stats(handle, ref stats));
+                return stats;
+            }
+        }
+
+        public string Name { get { return Text(0); } }
+        public string Version { get { return Text(1); } }
+        public string Camera { get { return Text(2); } }
+        /// <summary>Of the link, or of the last refused message; empty while all went well.</summary>
+        public string LastError { get { return Text(3); } }
+
+        /// <summary>All fields are sent: begin with EstimatorConfig.Defaults(). Blocks until the probe answers.</summary>
+        public void SetEstimator(EstimatorConfig config)
+        {
+            config.size = (uint)Marshal.SizeOf(typeof(EstimatorConfig));
+            Native.Check(Native.lw_probe_set_estimator(handle, ref config));
+        }
+
+        /// <summary>Tells what a lux meter beside the probe reads, facing `normal`: from then on units are absolute.
+        /// Returns the factor that was applied. Blocks until the probe answers.</summary>
+        public double ReportLux(double lux, Vec3 normal)
+        {
+            double factor;
+            Native.Check(Native.lw_probe_report_lux(handle, lux, ref normal, out factor));
+            return factor;
+        }
+
+        private string Text(int kind) { return Native.Text((m, c, l) => Native.lw_probe_text(handle, kind, m, c, l)); }
+
+        private static long Ns(TimeSpan span)
+        {
+            return span.Ticks > long.MaxValue / 100 ? long.MaxValue / 100 : span.Ticks * 100;
+        }
+    }
+
+    internal sealed class LightingHandle : SafeHandle
+    {
+        private LightingHandle() : base(IntPtr.Zero, true) { }
+
+        public override bool IsInvalid { get { return handle == IntPtr.Zero; } }
+
+        protected override bool ReleaseHandle()
+        {
+            Native.lw_lighting_release(handle);
+            return true;
+        }
+    }
+
+    internal sealed class ProbeHandle : SafeHandle
+    {
+        private ProbeHandle() : base(IntPtr.Zero, true) { }
+
+        public override bool IsInvalid { get { return handle == IntPtr.Zero; } }
+
+        protected override bool ReleaseHandle()
+        {
+            Native.lw_probe_close(handle);
+            return true;
+        }
+    }
+
+    /// <summary>lightwell.h, function by function. Arrays of plain structs are pinned, not copied.</summary>
+    internal static class Native
+    {
+        private const string Library = "lightwell";
+
+        /// <summary>LW_ABI_VERSION of the header that this file follows.</summary>
+        private const uint AbiVersion = 0x00010000;
+
+        internal static readonly uint SizeOfAnswer = (uint)Marshal.SizeOf(typeof(Answer));
+        internal static readonly uint SizeOfLightingInfo = (uint)Marshal.SizeOf(typeof(LightingInfo));
+
+        [StructLayout(LayoutKind.Sequential)]
+        internal struct COptions
+        {
+            internal uint size;
+            internal int history;
+            internal long maxAge, extrapolation, connectTimeout, retryMin, retryMax, silenceLimit;
+            internal IntPtr credentialsFolder, mqttCaFile, mqttCertificateFile, mqttKeyFile, mqttUser, mqttPassword;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        internal struct CEnvironment
+        {
+            internal uint size, levelCount;
+            internal ulong sequence;
+            internal long olderBy;
+            internal Rotation rotation;
+            internal uint key;
+            internal int exponent;
+            [MarshalAs(UnmanagedType.ByValArray, SizeConst = 8)] internal uint[] edge;
+            [MarshalAs(UnmanagedType.ByValArray, SizeConst = 8)] internal float[] roughness;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        internal struct CConversionOptions
+        {
+            internal uint size;
+            internal int residual;
+            [MarshalAs(UnmanagedType.ByValArray, SizeConst = 9)] internal float[] color;
+        }
+
+        internal delegate int FillText(byte[] text, UIntPtr capacity, UIntPtr[] length);
+
+        internal static UIntPtr Size(int n) { return new UIntPtr((uint)n); }
+
+        internal static void CheckVersion()
+        {
+            var found = lw_abi_version();
+            if (found >> 16 == AbiVersion >> 16 && found >= AbiVersion) return;
+            throw new LightwellException(Status.FailedPrecondition,
+                "liblightwell.so has the ABI 0x" + found.ToString("x8") + ", Lightwell.cs needs 0x" +
+                AbiVersion.ToString("x8") + ": take both from one version of Lightwell");
+        }
+
+        internal static void Check(int status)
+        {
+            if (status == 0) return;
+            UIntPtr length;
+            var text = lw_last_error(out length);
+            var bytes = new byte[(int)length];
+            Marshal.Copy(text, bytes, 0, bytes.Length);
+            throw new LightwellException((Status)status, Encoding.UTF8.GetString(bytes));
+        }
+
+        /// <summary>Called twice: for the length, and for the text.</summary>
+        internal static string Text(FillText fill)
+        {
+            var length = new UIntPtr[1];
+            Check(fill(null, UIntPtr.Zero, length));
+            var bytes = new byte[(int)length[0] + 1];
+            Check(fill(bytes, Size(bytes.Length), length));
+            return Encoding.UTF8.GetString(bytes, 0, Array.IndexOf(bytes, (byte)0));
+        }
+
+        [DllImport(Library)] internal static extern uint lw_abi_version();
+        [DllImport(Library)] internal static extern IntPtr lw_last_error(out UIntPtr length);
+        [DllImport(Library)] internal static extern long lw_now_ns();
+
+        [DllImport(Library)]
+        internal static extern int lw_probe_connect([In] byte[] uri, UIntPtr length, ref COptions options,
+                                                    out ProbeHandle made);
+        [DllImport(Library)] internal static extern void lw_probe_close(IntPtr probe);
+        [DllImport(Library)] internal static extern int lw_probe_latest(ProbeHandle probe, LightingHandle into);
+        [DllImport(Library)]
+        internal static extern int lw_probe_latest_in_world(ProbeHandle probe, LightingHandle into);
+        [DllImport(Library)]
+        internal static extern int lw_probe_at(ProbeHandle probe, long hostTime, LightingHandle into);
+        [DllImport(Library)]
+        internal static extern int lw_probe_wait_for_next(ProbeHandle probe, ref ulong seen, long timeout,
+                                                          LightingHandle into);
+        [DllImport(Library, EntryPoint = "lw_probe_wait_for_next")]
+        internal static extern int lw_probe_wait_for_any(ProbeHandle probe, IntPtr none, long timeout,
+                                                         LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_probe_get_info(ProbeHandle probe, ref ProbeInfo info);
+        [DllImport(Library)] internal static extern int lw_probe_get_stats(ProbeHandle probe, ref LinkStats stats);
+        [DllImport(Library)]
+        internal static extern int lw_probe_text(ProbeHandle probe, int kind, [Out] byte[] text, UIntPtr capacity,
+                                                 [Out] UIntPtr[] length);
+        [DllImport(Library)] internal static extern int lw_estimator_config_defaults(ref EstimatorConfig config);
+        [DllImport(Library)]
+        internal static extern int lw_probe_set_estimator(ProbeHandle probe, ref EstimatorConfig config);
+        [DllImport(Library)]
+        internal static extern int lw_probe_report_lux(ProbeHandle probe, double lux, ref Vec3 normal,
+                                                       out double factor);
+
+        [DllImport(Library)] internal static extern int lw_lighting_create(out LightingHandle made);
+        [DllImport(Library)] internal static extern void lw_lighting_release(IntPtr lighting);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_copy(LightingHandle lighting, LightingHandle into);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_decode([In] byte[] bytes, UIntPtr length, long age,
+                                                      LightingHandle into);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_rotated(LightingHandle lighting, ref Rotation q,
+                                                       LightingHandle into);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_get_info(LightingHandle lighting, ref LightingInfo info);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_reason(LightingHandle lighting, [Out] byte[] text, UIntPtr capacity,
+                                                      [Out] UIntPtr[] length);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_irradiance(LightingHandle lighting, ref Vec3 normal, ref Answer answer);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_radiance(LightingHandle lighting, ref Vec3 direction, float roughness,
+                                                        ref Answer answer);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_irradiance_batch(LightingHandle lighting, [In] Vec3[] normals,
+                                                                UIntPtr normalStride, UIntPtr count,
+                                                                [In, Out] Rgb[] values, UIntPtr valueStride,
+                                                                ref Answer about);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_radiance_batch(LightingHandle lighting, [In] Vec3[] directions,
+                                                              UIntPtr directionStride, UIntPtr count, float roughness,
+                                                              [In, Out] Rgb[] values, UIntPtr valueStride,
+                                                              ref Answer about);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_harmonics(LightingHandle lighting, int quantity, int maxBand,
+                                                         [In, Out] Rgb[] coefficients, out int band);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_lights(LightingHandle lighting, [In, Out] LightSource[] lights,
+                                                      UIntPtr lightSize, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_to_unity(LightingHandle lighting, int pipeline, int mainLight,
+                                                        ref CConversionOptions options, ref UnityLighting unity);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_environment(LightingHandle lighting, ref CEnvironment environment);
+        [DllImport(Library)]
+        internal static extern int lw_lighting_environment_radiance(LightingHandle lighting, uint level,
+                                                                    [In, Out] Rgb[] rgb, UIntPtr capacity);
+    }
+}

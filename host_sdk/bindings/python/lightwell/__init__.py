@@ -1,0 +1,31 @@
+"""How is this point lit, right now? Lightwell for Python, with NumPy arrays.
+
+    import lightwell
+
+    with lightwell.connect("grpc://probe.local:7420") as probe:
+        light = probe.latest()                        # never waits for the network
+        answer = light.irradiance([[0, 1, 0]])        # (N, 3) float32 in, (N, 3) float32 out
+        if answer.validity == lightwell.Validity.VALID:
+            print(answer.value, answer.error_bound)
+
+Frames: right-handed, +X right, +Y up, -Z forward, metres. Colours: linear Rec. 709, D65.
+"""
+
+from ._abi import ffi as _ffi, lib as _lib
+from ._conventions import MainLight, OpenXrHarmonics, Residual, ShSigns, ThreeLights, UnityPipeline
+from ._lighting import Lighting
+from ._probe import Probe
+from ._values import (Answer, Derivation, Environment, EnvironmentLevel, Error, Flag, Light, LightingInfo, LinkState,
+                      LinkStats, ProbeInfo, Status, Units, Validity)
+
+__version__ = _ffi.string(_lib.lw_version()).decode()
+
+
+def connect(uri, **options):
+    """A Probe at "grpc://host:port", or a recording at "replay:PATH". Options: Probe."""
+    return Probe(uri, **options)
+
+
+__all__ = ["Answer", "Derivation", "Environment", "EnvironmentLevel", "Error", "Flag", "Light", "Lighting",
+           "LightingInfo", "LinkState", "LinkStats", "MainLight", "OpenXrHarmonics", "Probe", "ProbeInfo", "Residual",
+           "ShSigns", "Status", "ThreeLights", "Units", "UnityPipeline", "Validity", "connect"]

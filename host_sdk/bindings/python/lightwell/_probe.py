@@ -1,0 +1,196 @@
+"""The connection to a probe."""
+
+import threading
+import time
+from contextlib import contextmanager
+
+import numpy as np
+
+from ._abi import check, ffi, lib, take, text
+from ._lighting import Lighting, record
+from ._values import Error, LinkState, LinkStats, ProbeInfo, Status
+
+# How long a wait goes on before Python looks for signals and for close().
+_SLICE_NS = 100_000_000
+
+_OPTIONS = {"max_age": "max_age_ns", "extrapolation": "extrapolation_ns", "connect_timeout": "connect_timeout_ns",
+            "retry_min": "retry_min_ns", "retry_max": "retry_max_ns", "silence_limit": "silence_limit_ns"}
+_TEXTS = ("credentials_folder", "mqtt_ca_file", "mqtt_certificate_file", "mqtt_key_file", "mqtt_user", "mqtt_password")
+
+
+def _ns(seconds):
+    return int(round(seconds * 1e9))
+
+
+class Probe:
+    """A link to one probe, from connect() to close(); as a context manager it closes itself.
+
+    Any thread may call any method. Calls that block let other Python threads run. A failed call raises Error, whose
+    `status` says how.
+    """
+
+    def __init__(self, uri, *, history=0, **more):
+        """uri: "grpc://host:port", "grpcs://" with TLS, "usb:SERIAL", "mqtt://broker/venue/probe", "mqtts://", or
+        "replay:PATH" ("?speed=2", "?speed=0"), a recording of descriptors.
+
+        history: descriptors kept for at(), 64 where 0. In seconds, with the defaults of ProbeOptions: max_age,
+        extrapolation (0: the newest is held), connect_timeout, retry_min, retry_max, silence_limit. Texts:
+        credentials_folder (grpcs; as `lightwell pair` writes it, looked up by address where it is not given), and of a
+        broker mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user, mqtt_password. Blocks, at most
+        connect_timeout.
+        """
+        self._raw = None
+        self._lock = threading.Lock()
+        self._calls = 0
+        options = take("lw_probe_options")
+        options.history = history
+        texts = []  # cffi's memory lives as long as these.
+        for name, value in more.items():
+            if name in _TEXTS:
+                if "\0" in value:
+                    raise Error(Status.INVALID_ARGUMENT, f"{name} has a zero byte in it")
+                texts.append(ffi.new("char[]", value.encode()))
+                setattr(options, name, texts[-1])
+                continue
+            if name not in _OPTIONS:
+                raise TypeError(f"connect() has no option {name!r}; it has history, {', '.join((*_OPTIONS, *_TEXTS))}")
+            if name == "extrapolation" and value == 0:
+                options.extrapolation_ns = -1
+                continue
+            if not 0 < value <= 1e9:
+                raise Error(Status.INVALID_ARGUMENT, f"{name} is {value}; it is in seconds, above zero")
+            setattr(options, _OPTIONS[name], _ns(value))
+        out = ffi.new("lw_probe **")
+        where = uri.encode()
+        check(lib.lw_probe_connect(where, len(where), options, out))
+        self._raw = out[0]
+        self._open = True
+
+    @classmethod
+    def connect(cls, uri, **options):
+        """As Probe(uri, ...)."""
+        return cls(uri, **options)
+
+    def close(self):
+        """Ends the link, within a second, or when the last call of another thread returns. Lightings live on."""
+        with self._lock:
+            self._open = False
+            raw = self._take_if_idle()
+        if raw is not None:
+            lib.lw_probe_close(raw)
+
+    def _take_if_idle(self):
+        if self._open or self._calls > 0:
+            return None
+        raw, self._raw = self._raw, None
+        return raw
+
+    @contextmanager
+    def _used(self):
+        """The C handle, which close() of another thread leaves alone meanwhile."""
+        with self._lock:
+            if not self._open:
+                raise Error(Status.FAILED_PRECONDITION, "this Probe is closed")
+            self._calls += 1
+        try:
+            yield self._raw
+        finally:
+            with self._lock:
+                self._calls -= 1
+                raw = self._take_if_idle()
+            if raw is not None:
+                lib.lw_probe_close(raw)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def __del__(self):
+        if getattr(self, "_raw", None) is not None:
+            self.close()
+
+    def latest(self, into=None):
+        """The newest Lighting; Validity.NONE before the first. `into` is filled and returned where it is given: a loop
+        then makes no objects of the library's. Takes no lock of the library's and does not wait for the network."""
+        into = Lighting() if into is None else into
+        with self._used() as raw:
+            check(lib.lw_probe_latest(raw, into._raw))
+        return into
+
+    def latest_in_world(self):
+        """latest() in the axes of the room that the probe hangs in; Validity.INVALID_QUERY where info().position is None.
+        In a world of your own: latest().rotated()."""
+        into = Lighting()
+        with self._used() as raw:
+            check(lib.lw_probe_latest_in_world(raw, into._raw))
+        return into
+
+    def at(self, host_time_ns):
+        """How it was lit at a moment of time.monotonic_ns(): between two descriptors interpolated, beyond
+        the newest as info().derivation says."""
+        into = Lighting()
+        with self._used() as raw:
+            check(lib.lw_probe_at(raw, host_time_ns, into._raw))
+        return into
+
+    def wait_for_next(self, seen=None, timeout=10.0):
+        """The newest Lighting with another sequence than `seen` (None: any). Blocks, at most `timeout` seconds: then
+        Status.UNAVAILABLE. FAILED_PRECONDITION where the recording has ended."""
+        into = Lighting()
+        known = ffi.NULL if seen is None else ffi.new("uint64_t *", seen)
+        end = time.monotonic_ns() + _ns(min(timeout, 1e9))
+        while True:
+            left = end - time.monotonic_ns()
+            with self._used() as raw:
+                status = lib.lw_probe_wait_for_next(raw, known, max(0, min(left, _SLICE_NS)), into._raw)
+            if status == lib.LW_UNAVAILABLE and left > _SLICE_NS:
+                continue
+            check(status)
+            return into
+
+    def info(self):
+        """ProbeInfo. Blocks shortly."""
+        struct = take("lw_probe_info")
+        with self._used() as raw:
+            check(lib.lw_probe_get_info(raw, struct))
+            texts = [self._text(raw, kind) for kind in (lib.LW_PROBE_NAME, lib.LW_PROBE_VERSION, lib.LW_PROBE_CAMERA)]
+        pose = [np.array(values) if struct.mounted else None for values in (list(struct.position), list(struct.orientation))]
+        return record(ProbeInfo, struct, name=texts[0], version=texts[1], camera=texts[2], position=pose[0],
+                      orientation=pose[1])
+
+    def stats(self):
+        """LinkStats. Blocks shortly."""
+        struct = take("lw_link_stats")
+        with self._used() as raw:
+            check(lib.lw_probe_get_stats(raw, struct))
+            last_error = self._text(raw, lib.LW_PROBE_LAST_ERROR)
+        return record(LinkStats, struct, state=LinkState(struct.state), last_error=last_error)
+
+    @staticmethod
+    def _text(raw, kind):
+        return text(lambda memory, capacity, length: lib.lw_probe_text(raw, kind, memory, capacity, length))
+
+    def set_estimator(self, **fields):
+        """Fields of EstimatorConfig (proto/lightwell/v1/config.proto); those not named are set to their defaults.
+        Blocks until the probe answers."""
+        config = take("lw_estimator_config")
+        check(lib.lw_estimator_config_defaults(config))
+        for name, value in fields.items():
+            if name in ("size", "reserved") or not hasattr(config, name):
+                raise TypeError(f"EstimatorConfig has no field {name!r}")
+            setattr(config, name, value)
+        with self._used() as raw:
+            check(lib.lw_probe_set_estimator(raw, config))
+
+    def report_lux(self, lux, normal):
+        """Tells the probe what a lux meter beside it reads, facing `normal` (3,): from then on its units are absolute.
+        Returns the factor that was applied. Blocks until the probe answers."""
+        n = np.ascontiguousarray(normal, dtype=np.float32)
+        if n.shape != (3,):
+            raise ValueError(f"normal: the shape is {n.shape}; it is (3,)")
+        factor = ffi.new("double *")
+        with self._used() as raw:
+            check(lib.lw_probe_report_lux(raw, lux, ffi.from_buffer("float[]", n), factor))
+        return factor[0]

@@ -1,0 +1,278 @@
+// The prefiltered map for reflections: octahedral squares, one GGX lobe a level, lights left out.
+//   EnvironmentMap        a whole map, or what changed since a whole one
+//   EnvironmentKeeper     puts the messages together
+//   environmentRadiance   what a map says of a direction and a roughness
+//   levelRadiance         a level as floats, for upload
+import { crc32c } from "./crc32c.js";
+import type { Descriptor } from "./descriptor.js";
+import { Rgb, Vec3, normalizedFloat } from "./vector.js";
+import { WireReader, invalid } from "./wire.js";
+
+export const maxEnvironmentTexels = 8192;
+export const maxEnvironmentLevels = 8;
+
+/** edge x edge texels: +Y at the centre, column i grows with x, row j with z, centres at (i + 0.5) / edge. */
+export interface EnvironmentLevel {
+  readonly edge: number;
+  /** Perceptual. */
+  readonly roughness: number;
+}
+
+export interface EnvironmentMap {
+  /** Of the whole map that this is, or that this changes. */
+  readonly key: number;
+  /** Of a whole map, by rising roughness. Empty: changes. */
+  readonly levels: readonly EnvironmentLevel[];
+  /** Of a whole map: radiance is the texel times 2^exponent. */
+  readonly exponent: number;
+  /** Of a whole map: another one comes at least so often. */
+  readonly keyIntervalMs: number;
+  /** RGB9E5, red lowest: level after level, rows from the top; of changes the changed ones. */
+  readonly texels: Uint32Array;
+  /** Of changes: how many texels are as in the whole map, how many follow in `texels`, in turns. */
+  readonly runs: readonly number[];
+}
+
+export function isWhole(map: EnvironmentMap): boolean {
+  return map.levels.length > 0;
+}
+
+function texelCount(levels: readonly EnvironmentLevel[]): number {
+  return levels.reduce((sum, level) => sum + level.edge * level.edge, 0);
+}
+
+function keyOf(map: EnvironmentMap): number {
+  const bytes = new DataView(new ArrayBuffer(4 + 8 * map.levels.length + 4 * map.texels.length));
+  bytes.setInt32(0, map.exponent, true);
+  let at = 4;
+  for (const level of map.levels) {
+    bytes.setUint32(at, level.edge, true);
+    bytes.setFloat32(at + 4, level.roughness, true);
+    at += 8;
+  }
+  map.texels.forEach((texel, i) => bytes.setUint32(at + 4 * i, texel, true));
+  return crc32c(new Uint8Array(bytes.buffer)) || 1;
+}
+
+/** Fields as they come; `get` checks what they mean. */
+export class EnvironmentMessage {
+  private key = 0;
+  private encoding = 0;
+  private readonly levels: { edge: number; roughness: number }[] = [];
+  private exponent = 0;
+  private keyIntervalMs = 0;
+  private texels = new Uint8Array(0);
+  private readonly runs: number[] = [];
+
+  read(wire: WireReader): void {
+    wire.fields((number) => {
+      switch (number) {
+        case 1:
+          return wire.fixed32((v) => (this.key = v));
+        case 2:
+          return wire.uint32((v) => (this.encoding = v));
+        case 3:
+          return wire.message((part) => this.levels.push(EnvironmentMessage.level(part)));
+        case 4:
+          return wire.sint32((v) => (this.exponent = v));
+        case 5:
+          return wire.uint32((v) => (this.keyIntervalMs = v));
+        case 6:
+          return wire.byteString((v) => (this.texels = v));
+        case 7:
+          return wire.repeatedUint32((v) => this.runs.push(v));
+        default:
+          return false;
+      }
+    });
+  }
+
+  private static level(wire: WireReader): { edge: number; roughness: number } {
+    const level = { edge: 0, roughness: 0 };
+    wire.fields((number) => {
+      switch (number) {
+        case 1:
+          return wire.uint32((v) => (level.edge = v));
+        case 2:
+          return wire.float((v) => (level.roughness = v));
+        default:
+          return false;
+      }
+    });
+    return level;
+  }
+
+  get(): EnvironmentMap {
+    if (this.encoding !== 1) throw invalid("environment.encoding is not known");
+    if (this.texels.length % 4 !== 0) throw invalid("environment.texels are no whole number of texels");
+    const view = new DataView(this.texels.buffer, this.texels.byteOffset, this.texels.byteLength);
+    const map: EnvironmentMap = {
+      key: this.key,
+      levels: this.levels,
+      exponent: this.exponent,
+      keyIntervalMs: this.keyIntervalMs,
+      texels: Uint32Array.from({ length: this.texels.length / 4 }, (_, i) => view.getUint32(4 * i, true)),
+      runs: this.runs,
+    };
+    if (map.key === 0) throw invalid("environment.key is 0");
+    if (isWhole(map)) checkWhole(map);
+    else checkChanges(map);
+    return map;
+  }
+}
+
+function checkWhole(map: EnvironmentMap): void {
+  if (map.levels.length > maxEnvironmentLevels) throw invalid("environment.levels are more than 8");
+  map.levels.forEach((level, k) => {
+    if (![8, 16, 32, 64].includes(level.edge)) throw invalid("environment.levels: an edge must be 8, 16, 32 or 64");
+    if (!(level.roughness >= 0 && level.roughness <= 1))
+      throw invalid("environment.levels: a roughness must be 0 to 1");
+    if (k === 0) return;
+    const before = map.levels[k - 1];
+    if (level.edge > before.edge) throw invalid("environment.levels: an edge is larger than the one before");
+    if (!(level.roughness > before.roughness)) throw invalid("environment.levels: roughness must rise");
+  });
+  const count = texelCount(map.levels);
+  if (count > maxEnvironmentTexels) throw invalid("environment.levels have more than 8192 texels");
+  if (map.texels.length !== count) throw invalid("environment.texels have not the length that the levels need");
+  if (map.exponent < -150 || map.exponent > 100) throw invalid("environment.exponent is out of range");
+  if (map.runs.length > 0) throw invalid("environment.runs stand in a whole map");
+  if (map.key !== keyOf(map)) throw invalid("environment.key is not that of this map");
+}
+
+function checkChanges(map: EnvironmentMap): void {
+  if (map.exponent !== 0) throw invalid("environment.exponent stands in changes");
+  if (map.keyIntervalMs !== 0) throw invalid("environment.key_interval_ms stands in changes");
+  if (map.runs.length % 2 !== 0) throw invalid("environment.runs come in pairs");
+  let reach = 0;
+  let taken = 0;
+  map.runs.forEach((run, k) => {
+    if (run === 0 && k > 0) throw invalid("environment.runs: one is empty");
+    reach += run;
+    if (k % 2 === 1) taken += run;
+    if (reach > maxEnvironmentTexels) throw invalid("environment.runs reach beyond any map");
+  });
+  if (map.texels.length !== taken) throw invalid("environment.texels have not the length that the runs need");
+}
+
+function changedMap(whole: EnvironmentMap, changes: EnvironmentMap): EnvironmentMap | null {
+  if (changes.key !== whole.key || changes.runs.reduce((sum, run) => sum + run, 0) > whole.texels.length) return null;
+  const texels = whole.texels.slice();
+  let at = 0;
+  let from = 0;
+  changes.runs.forEach((run, k) => {
+    if (k % 2 === 1) {
+      texels.set(changes.texels.subarray(from, from + run), at);
+      from += run;
+    }
+    at += run;
+  });
+  return { ...whole, texels };
+}
+
+/** What one reader of a probe knows of its map, through whole ones, changes, and messages without one. */
+export class EnvironmentKeeper {
+  private whole: EnvironmentMap | null = null;
+  private newest: { map: EnvironmentMap; from: Descriptor } | null = null;
+
+  /** A descriptor as it came. False where it brought changes to a whole map that is not here: the last map stays. */
+  take(descriptor: Descriptor): boolean {
+    const came = descriptor.environment;
+    if (came === null) return true;
+    const map = isWhole(came) ? came : this.whole === null ? null : changedMap(this.whole, came);
+    if (map === null) return false;
+    if (isWhole(came)) this.whole = came;
+    this.newest = { map, from: descriptor };
+    return true;
+  }
+
+  /** The newest map where it speaks of the same light: same probe, calibration and units, not newer, and not older
+   *  than three of its intervals. */
+  mapFor(descriptor: Descriptor): EnvironmentMap | null {
+    if (this.newest === null) return null;
+    const { map, from } = this.newest;
+    if (from.units !== descriptor.units || from.probeId !== descriptor.probeId ||
+        from.calibrationId !== descriptor.calibrationId) return null;
+    const older = descriptor.midExposureNs - from.midExposureNs;
+    return older < 0n || older > 3_000_000n * BigInt(map.keyIntervalMs) ? null : map;
+  }
+}
+
+const f = Math.fround;
+
+/** cd/m² by luminance where units are absolute. */
+export function texelRadiance(texel: number, exponent: number): Rgb {
+  const unit = 2 ** ((texel >>> 27) - 24 + exponent);
+  return [f((texel & 511) * unit), f(((texel >>> 9) & 511) * unit), f(((texel >>> 18) & 511) * unit)];
+}
+
+/** A level of a whole map: r, g, b of each texel, rows from the top. */
+export function levelRadiance(map: EnvironmentMap, level: number): Float32Array {
+  const first = texelCount(map.levels.slice(0, level));
+  const { edge } = map.levels[level];
+  const out = new Float32Array(3 * edge * edge);
+  for (let i = 0; i < edge * edge; ++i) out.set(texelRadiance(map.texels[first + i], map.exponent), 3 * i);
+  return out;
+}
+
+/** Octahedral coordinates, 0 to 1, with the map's centre at +Y (Cigolle et al. 2014, listing 1). In floats, as C++:
+ *  where texels differ much, a place between them is felt. */
+function octahedral(d: Vec3): [number, number] {
+  const sum = f(f(Math.abs(d[0]) + Math.abs(d[1])) + Math.abs(d[2]));
+  let a = f(d[0] / sum);
+  let b = f(d[2] / sum);
+  if (d[1] < 0) {
+    const sign = (v: number) => (v < 0 || Object.is(v, -0) ? -1 : 1);
+    const folded = f(f(1 - Math.abs(b)) * sign(a));
+    b = f(f(1 - Math.abs(a)) * sign(b));
+    a = folded;
+  }
+  return [f(0.5 * f(a + 1)), f(0.5 * f(b + 1))];
+}
+
+/** Beyond a side of the square the sphere goes on at the same side, seen from its other end. */
+function texelAt(edge: number, i: number, j: number): number {
+  if (i < 0 || i >= edge) {
+    i = i < 0 ? -1 - i : 2 * edge - 1 - i;
+    j = edge - 1 - j;
+  }
+  if (j < 0 || j >= edge) {
+    j = j < 0 ? -1 - j : 2 * edge - 1 - j;
+    i = edge - 1 - i;
+  }
+  return j * edge + i;
+}
+
+function bilinear(map: EnvironmentMap, level: number, uv: [number, number]): Rgb {
+  const first = texelCount(map.levels.slice(0, level));
+  const { edge } = map.levels[level];
+  const x = f(f(uv[0] * edge) - 0.5);
+  const y = f(f(uv[1] * edge) - 0.5);
+  const i = Math.floor(x);
+  const j = Math.floor(y);
+  const fx = x - i;
+  const fy = y - j;
+  const at = (di: number, dj: number) =>
+    texelRadiance(map.texels[first + texelAt(edge, i + di, j + dj)], map.exponent);
+  const corners = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+  const mixed = (k: number) =>
+    (corners[0][k] * (1 - fx) + corners[1][k] * fx) * (1 - fy) + (corners[2][k] * (1 - fx) + corners[3][k] * fx) * fy;
+  return [mixed(0), mixed(1), mixed(2)];
+}
+
+/** radiance(d, r) without the lights, in the map's frame. Zero for a direction that is zero or not finite. */
+export function environmentRadiance(map: EnvironmentMap, direction: Vec3, roughness: number): Rgb {
+  const d = normalizedFloat(direction.map(f) as Vec3);
+  if (d === null || !isWhole(map)) return [0, 0, 0];
+  const uv = octahedral(d);
+  const r = f(roughness);
+  const { levels } = map;
+  let upper = 0;
+  while (upper + 1 < levels.length && !(r <= levels[upper].roughness)) ++upper;
+  if (upper === 0 || !(r < levels[upper].roughness)) return bilinear(map, upper, uv);
+  const low = levels[upper - 1].roughness;
+  const share = (r - low) / (levels[upper].roughness - low);
+  const a = bilinear(map, upper - 1, uv);
+  const b = bilinear(map, upper, uv);
+  return [0, 1, 2].map((k) => a[k] * (1 - share) + b[k] * share) as Rgb;
+}

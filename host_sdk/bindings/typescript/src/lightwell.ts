@@ -1,0 +1,24 @@
+// How is this point lit, right now? Lightwell for TypeScript: decodes the messages that a probe sends and answers with
+// the numbers of the C++ SDK. No dependencies, no connection: bring the bytes of a LightingDescriptor from wherever
+// they come.
+//
+//   const keeper = new EnvironmentKeeper();
+//   socket.onmessage = ({ data }) => {
+//     const descriptor = decodeDescriptor(new Uint8Array(data));     // throws DecodeError
+//     keeper.take(descriptor);
+//     const light = new Lighting(descriptor, { environment: keeper.mapFor(descriptor) });
+//     const { value, validity, errorBound } = light.irradiance([0, 1, 0]);
+//   };
+export * from "./descriptor.js";
+export { EnvironmentKeeper, environmentRadiance, isWhole, levelRadiance, texelRadiance } from "./environment.js";
+export type { EnvironmentLevel, EnvironmentMap } from "./environment.js";
+export { Lighting } from "./lighting.js";
+export type { Answer, LightingOptions, Validity } from "./lighting.js";
+export { GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis } from "./lobes.js";
+export { readRecording } from "./recording.js";
+export type { RecordedMessage, Recording } from "./recording.js";
+export { toThree } from "./three.js";
+export type { ConvertedToThree, ThreeLighting, ThreeOptions } from "./three.js";
+export { luminance, rotate } from "./vector.js";
+export type { Quat, Rgb, Vec3 } from "./vector.js";
+export { DecodeError } from "./wire.js";

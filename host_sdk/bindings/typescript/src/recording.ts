@@ -1,0 +1,40 @@
+// Recordings of descriptors, as `lightwell record` writes them. The container in prose: proto/README.md.
+import { crc32c } from "./crc32c.js";
+import { DecodeError } from "./wire.js";
+
+export interface RecordedMessage {
+  /** CLOCK_MONOTONIC of the recorder when it came, ns. */
+  timeNs: bigint;
+  bytes: Uint8Array;
+}
+
+export interface Recording {
+  /** A RecordingHeader message. */
+  header: Uint8Array;
+  messages: RecordedMessage[];
+  /** At the end, that are no whole record. */
+  tornBytes: number;
+}
+
+const magic = [0x4c, 0x57, 0x52, 0x45, 0x43, 1, 0x0d, 0x0a];
+
+/** Reading ends at the first record that is torn or damaged; what came before is good. Throws DecodeError where the
+ *  file is no recording. */
+export function readRecording(file: Uint8Array): Recording {
+  if (magic.some((byte, i) => file[i] !== byte))
+    throw new DecodeError("data_loss", "no Lightwell recording of container version 1");
+  const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
+  const records: RecordedMessage[] = [];
+  let at = magic.length;
+  while (file.length - at >= 16) {
+    const size = view.getUint32(at, true);
+    if (size > file.length - at - 16) break;
+    // The checksum is over time and payload, which lie behind each other.
+    if (crc32c(file.subarray(at + 8, at + 16 + size)) !== view.getUint32(at + 4, true)) break;
+    records.push({ timeNs: view.getBigInt64(at + 8, true), bytes: file.subarray(at + 16, at + 16 + size) });
+    at += 16 + size;
+  }
+  const header = records.shift();
+  if (header === undefined) throw new DecodeError("data_loss", "the recording has no header");
+  return { header: header.bytes, messages: records, tornBytes: file.length - at };
+}
