@@ -70,6 +70,14 @@ TEST_F(BadInputTest, AGreyPatchOutsideThePictureIsNamed) {
   EXPECT_THAT(refusal({.more = {"--config", file}}), HasSubstr("grey_patch: lens must be 0 to 1"));
 }
 
+TEST_F(BadInputTest, AMountingThatCannotBeIsNamed) {
+  const std::string file = folder_.write("room.textproto", "pose { tx: 1 }\n");
+  EXPECT_THAT(refusal({.camera = camera(), .more = {"--mounting", file}}),
+              AllOf(HasSubstr(file), HasSubstr("qx, qy, qz, qw")));
+  EXPECT_THAT(refusal({.camera = camera(), .more = {"--mounting", "/no/such.textproto"}}),
+              HasSubstr("/no/such.textproto"));
+}
+
 TEST_F(BadInputTest, AnImpossibleCalibrationIsNamedWithLensAndField) {
   const std::string file =
       folder_.write("rig.textproto",

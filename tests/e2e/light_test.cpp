@@ -75,6 +75,21 @@ TEST_F(LightTest, TheProbeSaysWhoItIs) {
   EXPECT_EQ(observer.probe().latest().descriptor().calibration_id, info.calibration_id);
 }
 
+TEST_F(LightTest, AProbeThatWasToldWhereItHangsLightsItsRoom) {
+  // It looks the other way: half a turn about up.
+  const std::string mounting = folder_.write("mounting.textproto", "pose { qy: 1 tx: 0.5 ty: 2.5 }\n");
+  Daemon mounted({.camera = "sim:" + folder_.path("room.exr"), .more = {"--mounting", mounting}});
+  const Observer observer(mounted.uri());
+  ASSERT_TRUE(observer.gets(1));
+  EXPECT_GT(observer.probe().latest().irradiance({1, 0, 0}).value.r, 4 * observer.probe().latest().irradiance({-1, 0, 0}).value.r);
+  const Lighting room = observer.probe().latest_in_world();
+  ASSERT_EQ(room.validity(), Validity::valid) << room.reason();
+  EXPECT_GT(room.irradiance({-1, 0, 0}).value.r, 4 * room.irradiance({1, 0, 0}).value.r) << "the lamp is at the room's -X";
+  Child tool(tool_command({"info", mounted.uri(), "--json"}));
+  EXPECT_EQ(tool.wait(), (Ending{0, 0})) << tool.err();
+  EXPECT_THAT(tool.out(), ::testing::HasSubstr("\"position_m\":[0.5,2.5,0]"));
+}
+
 TEST_F(LightTest, TheEstimatorCanBeChangedWhileItRuns) {
   Observer observer(daemon_.uri());
   EstimatorConfig config;

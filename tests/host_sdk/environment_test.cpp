@@ -173,7 +173,7 @@ class EnvironmentIntake : public ::testing::Test {
     const std::string bytes = test::encoded(d);
     ASSERT_FALSE(bytes.empty());
     intake_.take(test::as_bytes(bytes), {0},
-                 [](const CaptureTime& t) { return HostTime{t.mid_exposure.ns}; });
+                 [](const CaptureTime& t) { return MappedTime{{t.mid_exposure.ns}, {}}; });
   }
   Intake intake_{ProbeOptions{}};
 };

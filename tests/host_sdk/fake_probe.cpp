@@ -57,6 +57,9 @@ class FakeProbe::Service final : public Raw {
     response->set_camera("none");
     response->set_clock_now_ns(static_cast<std::uint64_t>(monotonic_now_ns() + clock_offset_ns));
     response->mutable_counters()->set_frames(1234);
+    response->mutable_counters()->set_messages_refused(17);
+    response->mutable_counters()->set_authentication_failures(18);
+    if (mounting) *response->mutable_mounting() = *mounting;
     return grpc::Status::OK;
   }
 
@@ -86,6 +89,7 @@ class FakeProbe::Service final : public Raw {
   std::condition_variable changed;
   std::vector<std::string> script;
   std::int64_t clock_offset_ns = 0;
+  std::optional<v1::Mounting> mounting;
   Answering answering = Answering::yes;
   std::optional<v1::SetConfigRequest> config;
   std::optional<v1::ReportLuxRequest> lux;
@@ -125,6 +129,11 @@ void FakeProbe::set_script(std::vector<std::string> messages) {
 void FakeProbe::set_clock_offset_ns(std::int64_t offset_ns) {
   const std::lock_guard lock(service_->mutex);
   service_->clock_offset_ns = offset_ns;
+}
+
+void FakeProbe::set_mounting(const v1::Mounting& mounting) {
+  const std::lock_guard lock(service_->mutex);
+  service_->mounting = mounting;
 }
 
 void FakeProbe::set_answering(Answering answering) {

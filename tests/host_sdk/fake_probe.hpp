@@ -37,6 +37,9 @@ class FakeProbe {
   /// The probe's clock is this host's plus so much.
   void set_clock_offset_ns(std::int64_t offset_ns);
 
+  /// What Info says of where the probe hangs; nothing at first.
+  void set_mounting(const v1::Mounting& mounting);
+
   enum class Answering { yes, no };
   /// While no, Info is not answered and the streams that exist say nothing: a probe that hangs.
   void set_answering(Answering answering);

@@ -71,6 +71,20 @@ TEST(GrpcSource, DescriptorsArrive) {
   EXPECT_EQ(probe->stats().gaps, 0U);
 }
 
+TEST(GrpcSource, ADescriptorThatIsSentAgainIsDroppedAndCounted) {
+  FakeProbe fake;
+  const std::string old = encoded(numbered(5, 1'000));
+  // The last is a daemon that began anew: it counts from the start, and its machine's clock goes on.
+  fake.set_script({old, encoded(numbered(6, 2'000)), old, encoded(numbered(6, 2'000)), encoded(numbered(7, 3'000)), encoded(numbered(1, 4'000))});
+  const Result<Probe> probe = Probe::connect(fake.uri(), options());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(eventually([&] { return probe->stats().received == 4; }));
+  EXPECT_EQ(probe->stats().replayed, 2U);
+  EXPECT_EQ(probe->stats().undecodable, 0U);
+  EXPECT_EQ(probe->latest().descriptor().sequence, 1U);
+  EXPECT_EQ(probe->latest().descriptor().time.mid_exposure.ns, 4'000);
+}
+
 TEST(GrpcSource, InfoTellsWhoAndWhen) {
   FakeProbe fake;
   const std::int64_t offset = 1'000 * kSecond;
@@ -84,8 +98,44 @@ TEST(GrpcSource, InfoTellsWhoAndWhen) {
   EXPECT_EQ(info.camera, "none");
   EXPECT_EQ(info.version, "0.0.1");
   EXPECT_EQ(info.counters.frames, 1234U);
+  EXPECT_EQ(info.counters.messages_refused, 17U);
+  EXPECT_EQ(info.counters.authentication_failures, 18U);
+  EXPECT_FALSE(info.T_world_probe);
   EXPECT_LE(std::llabs(info.clock_offset.ns - offset), info.clock_uncertainty.ns);
   EXPECT_GT(info.clock_uncertainty.ns, 0);
+}
+
+TEST(GrpcSource, AProbeThatKnowsWhereItHangsLightsItsRoom) {
+  FakeProbe fake;
+  v1::Mounting mounting;
+  // On the ceiling, upside down: half a turn about forward.
+  mounting.mutable_pose()->set_qz(-2);
+  mounting.mutable_pose()->set_ty(2.5);
+  for (int i = 0; i < 21; ++i) mounting.add_covariance(i == 0 ? 1e-4 : 0);
+  fake.set_mounting(mounting);
+  fake.set_script({encoded(numbered(1, monotonic_now_ns()))});
+  const Result<Probe> probe = Probe::connect(fake.uri(), options());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kPatience).ok());
+  ASSERT_TRUE(probe->info().T_world_probe);
+  EXPECT_EQ(probe->info().T_world_probe->pose.translation, (Vec3d{0, 2.5, 0}));
+  const Lighting own = probe->latest(), room = probe->latest_in_world();
+  ASSERT_NE(own.mounting(), nullptr);
+  EXPECT_EQ(own.mounting()->pose.rotation, (Quat{0, 0, -1, 0})) << "normalised";
+  EXPECT_EQ(room.mounting(), nullptr) << "who turns it twice would be wrong";
+  const Vec3f up = own.lights()[0].direction;
+  EXPECT_NEAR(room.lights()[0].direction.x, -up.x, 1e-6);
+  EXPECT_NEAR(room.lights()[0].direction.y, -up.y, 1e-6);
+  EXPECT_NEAR(room.lights()[0].direction.z, up.z, 1e-6);
+  EXPECT_GT(room.lights()[0].direction_covariance[0] + room.lights()[0].direction_covariance[2],
+            own.lights()[0].direction_covariance[0] + own.lights()[0].direction_covariance[2] + 0.9e-4F);
+  // What the application says goes before.
+  ProbeOptions placed = options();
+  placed.T_world_probe = UncertainPose{};
+  const Result<Probe> there = Probe::connect(fake.uri(), placed);
+  ASSERT_TRUE(there.ok()) << there.status().message();
+  ASSERT_TRUE(there->wait_for_next(std::nullopt, kPatience).ok());
+  EXPECT_NEAR(there->latest_in_world().lights()[0].direction.y, up.y, 1e-6);
 }
 
 TEST(GrpcSource, MidExposureIsMappedToTheHostsClock) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 constexpr Duration kMaxAge{250 * kMs};
+constexpr Duration kAhead{50 * kMs};
 
 std::shared_ptr<const History> with(std::shared_ptr<const History> history, Descriptor descriptor,
                                     std::int64_t host_ns, std::size_t capacity = 64) {
@@ -35,7 +37,7 @@ std::shared_ptr<const History> steady(std::uint64_t first, std::uint64_t last,
 
 TEST(History, NothingBeforeTheFirst) {
   EXPECT_EQ(newest_lighting(nullptr, {0}, kMaxAge).validity(), Validity::none);
-  EXPECT_EQ(lighting_at(nullptr, {0}, kMaxAge).validity(), Validity::none);
+  EXPECT_EQ(lighting_at(nullptr, {0}, kMaxAge, kAhead).validity(), Validity::none);
 }
 
 TEST(History, NewestTellsItsAge) {
@@ -50,7 +52,7 @@ TEST(History, NewestTellsItsAge) {
 }
 
 TEST(History, HalfWayIsTheMean) {
-  const Lighting lighting = lighting_at(steady(1, 3).get(), {250 * kMs}, kMaxAge);
+  const Lighting lighting = lighting_at(steady(1, 3).get(), {250 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(lighting.validity(), Validity::valid);
   EXPECT_EQ(lighting.mid_exposure().ns, 250 * kMs);
   EXPECT_EQ(lighting.descriptor().time.mid_exposure.ns, 250 * kMs);
@@ -63,13 +65,13 @@ TEST(History, HalfWayIsTheMean) {
 
 TEST(History, AtAnExposureItIsThatDescriptor) {
   const auto history = steady(1, 3);
-  const Lighting lighting = lighting_at(history.get(), {200 * kMs}, kMaxAge);
+  const Lighting lighting = lighting_at(history.get(), {200 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(lighting.descriptor(), test::numbered(2, 200 * kMs));
   EXPECT_EQ(lighting.age().ns, 0);
 }
 
 TEST(History, BeforeTheOldestThereIsNone) {
-  const Lighting lighting = lighting_at(steady(1, 3).get(), {99 * kMs}, kMaxAge);
+  const Lighting lighting = lighting_at(steady(1, 3).get(), {99 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(lighting.validity(), Validity::before_history);
   EXPECT_NE(lighting.reason().find("history"), std::string::npos);
   EXPECT_EQ(lighting.irradiance({0, 1, 0}).value, Irradiance{});
@@ -77,20 +79,107 @@ TEST(History, BeforeTheOldestThereIsNone) {
 
 TEST(History, AfterTheNewestItIsHeldAndGrowsStale) {
   const auto history = steady(1, 3);
-  const Lighting soon = lighting_at(history.get(), {400 * kMs}, kMaxAge);
+  const Lighting soon = lighting_at(history.get(), {400 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(soon.descriptor().sequence, 3U);
   EXPECT_EQ(soon.validity(), Validity::valid);
   EXPECT_EQ(soon.age().ns, 100 * kMs);
-  const Lighting late = lighting_at(history.get(), {600 * kMs}, kMaxAge);
+  const Lighting late = lighting_at(history.get(), {600 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(late.descriptor().sequence, 3U);
   EXPECT_EQ(late.validity(), Validity::stale);
+}
+
+/// A lamp that goes round the horizon by 30 degrees a second, seen every 20 ms up to 1 s.
+Descriptor lamp_on_its_way(double t_s) {
+  const double phi = t_s * 30 * std::numbers::pi / 180;
+  Descriptor d = test::constant_scene({1, 1, 1});
+  d.lights = {test::light(vec_cast<float>(Vec3d{std::sin(phi), 0, -std::cos(phi)}), {5, 5, 5}, 0.05F, 3)};
+  return d;
+}
+std::shared_ptr<const History> lamp_until_one_second() {
+  std::shared_ptr<const History> history;
+  for (int i = 0; i <= 50; ++i) history = with(history, lamp_on_its_way(0.02 * i), 20 * kMs * i);
+  return history;
+}
+
+TEST(History, ALampGoesOnItsWayForAsLongAsIsAllowed) {
+  const auto history = lamp_until_one_second();
+  for (const std::int64_t ahead : {1, 13, 20, 33, 50}) {
+    const Lighting lighting = lighting_at(history.get(), {(1000 + ahead) * kMs}, kMaxAge, kAhead);
+    EXPECT_EQ(lighting.derivation(), Derivation::extrapolated);
+    EXPECT_EQ(lighting.validity(), Validity::valid);
+    EXPECT_EQ(lighting.age().ns, ahead * kMs);
+    const Vec3f truth = lamp_on_its_way(1 + 1e-3 * static_cast<double>(ahead)).lights[0].direction;
+    EXPECT_LT(angle_between(lighting.lights()[0].direction, truth), 1e-5F) << ahead;
+    // What was added to the bound is what it moved.
+    const Descriptor as_it_was = lamp_on_its_way(1);
+    double difference = 0, all = 0;
+    for (int i = 0; i < 2048; ++i) {
+      const double y = 1 - (2 * i + 1.0) / 2048, s = std::sqrt(1 - y * y), phi = i * 2.39996322972865332;
+      const Vec3f n = vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)});
+      const double e = Lighting::of(as_it_was).irradiance(n).value.luminance();
+      difference += std::pow(lighting.irradiance(n).value.luminance() - e, 2);
+      all += e * e;
+    }
+    const double added = static_cast<double>(lighting.descriptor().bound.total - as_it_was.bound.total);
+    EXPECT_NEAR(added / std::sqrt(difference / all), 1, 0.05) << ahead;
+  }
+  const Lighting beyond = lighting_at(history.get(), {1051 * kMs}, kMaxAge, kAhead);
+  EXPECT_EQ(beyond.derivation(), Derivation::held);
+  EXPECT_EQ(beyond.lights()[0].direction, lamp_on_its_way(1).lights[0].direction);
+  EXPECT_EQ(lighting_at(history.get(), {1010 * kMs}, kMaxAge, {0}).derivation(), Derivation::held);
+}
+
+TEST(History, ALampThatWasSwitchedOnStaysAsBrightAsItIs) {
+  std::shared_ptr<const History> history;
+  for (int i = 0; i <= 5; ++i) {
+    Descriptor d = test::constant_scene({1, 1, 1});
+    d.lights = {test::light({0, 1, 0}, Irradiance{1, 1, 1} * (i < 5 ? 0.1F : 9.0F), 0.05F, 3)};
+    history = with(history, d, 20 * kMs * i);
+  }
+  const Lighting lighting = lighting_at(history.get(), {120 * kMs}, kMaxAge, kAhead);
+  EXPECT_EQ(lighting.derivation(), Derivation::extrapolated);
+  EXPECT_EQ(lighting.lights()[0].irradiance, (Irradiance{9, 9, 9}));
+}
+
+TEST(History, NothingIsExtrapolatedFromOneOrAcrossAHoleOrFromOtherUnits) {
+  EXPECT_EQ(lighting_at(steady(1, 1).get(), {120 * kMs}, kMaxAge, kAhead).derivation(), Derivation::held);
+  auto hole = with(nullptr, lamp_on_its_way(0), 0);
+  hole = with(hole, lamp_on_its_way(1), 1000 * kMs);
+  EXPECT_EQ(lighting_at(hole.get(), {1020 * kMs}, kMaxAge, kAhead).derivation(), Derivation::held);
+  Descriptor absolute = lamp_on_its_way(0.02), relative = lamp_on_its_way(0);
+  relative.units = Units::relative;
+  EXPECT_EQ(extrapolated(relative, absolute, 1).lights[0].direction, absolute.lights[0].direction);
+  // Half a turn at most.
+  const Vec3f far = extrapolated(lamp_on_its_way(0), lamp_on_its_way(1), 1e9F).lights[0].direction;
+  EXPECT_LT(angle_between(far, lamp_on_its_way(7).lights[0].direction), 1e-5F);
+}
+
+TEST(History, SaysHowAnAnswerCameAbout) {
+  const auto history = steady(1, 3);
+  EXPECT_EQ(lighting_at(history.get(), {200 * kMs}, kMaxAge, kAhead).derivation(), Derivation::measured);
+  const Lighting between = lighting_at(history.get(), {250 * kMs}, kMaxAge, kAhead);
+  EXPECT_EQ(between.derivation(), Derivation::interpolated);
+  EXPECT_EQ(between.rotated({0, 1, 0, 0}).derivation(), Derivation::interpolated);
+  EXPECT_EQ(newest_lighting(history.get(), {300 * kMs}, kMaxAge).derivation(), Derivation::measured);
+}
+
+TEST(History, WhatTheClocksLeaveOpenCountsAgainstAnAnswer) {
+  Sample sample = sample_of(test::numbered(1, 0));
+  sample.time_uncertainty = {100 * kMs};
+  const auto history = appended(nullptr, std::make_shared<const Sample>(sample), 8);
+  EXPECT_EQ(newest_lighting(history.get(), {150 * kMs}, kMaxAge).validity(), Validity::valid);
+  const Lighting perhaps = newest_lighting(history.get(), {151 * kMs}, kMaxAge);
+  EXPECT_EQ(perhaps.validity(), Validity::stale);
+  EXPECT_EQ(perhaps.age().ns, 151 * kMs);
+  EXPECT_EQ(perhaps.age_uncertainty().ns, 100 * kMs);
+  EXPECT_NE(perhaps.reason().find("within 100 ms"), std::string::npos) << perhaps.reason();
 }
 
 TEST(History, AcrossAHoleItIsStale) {
   auto history = steady(1, 1);
   history = with(history, test::numbered(2, 2'100 * kMs), 2'100 * kMs);
-  EXPECT_EQ(lighting_at(history.get(), {1'100 * kMs}, kMaxAge).validity(), Validity::stale);
-  EXPECT_EQ(lighting_at(history.get(), {2'000 * kMs}, kMaxAge).validity(), Validity::valid);
+  EXPECT_EQ(lighting_at(history.get(), {1'100 * kMs}, kMaxAge, kAhead).validity(), Validity::stale);
+  EXPECT_EQ(lighting_at(history.get(), {2'000 * kMs}, kMaxAge, kAhead).validity(), Validity::valid);
 }
 
 TEST(History, KeepsNoMoreThanItsCapacity) {

@@ -129,6 +129,37 @@ TEST_F(ReplaySource, ThePastCanBeAsked) {
   EXPECT_EQ(probe->at(newest - Duration{3600'000 * kMs}).validity(), Validity::before_history);
 }
 
+TEST_F(ReplaySource, ThePlaceOfAProbeThatHangsOnAWallIsSaidOnce) {
+  record(messages(1), 0);
+  // Half a turn about forward: what is above the probe is below in the world.
+  ProbeOptions hanging;
+  hanging.T_world_probe = UncertainPose{{Quat::about({0, 0, -1}, 3.14159265358979), {0, 2, 0}}, {}};
+  hanging.T_world_probe->covariance[0][0] = 1e-4;
+  const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=0", hanging);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kPatience).ok());
+  EXPECT_NEAR(probe->latest().lights()[0].direction.y, 1, 1e-3);
+  const Lighting world = probe->latest_in_world();
+  ASSERT_FALSE(world.lights().empty());
+  EXPECT_NEAR(world.lights()[0].direction.y, -1, 1e-3);
+  const auto& doubt = world.lights()[0].direction_covariance;
+  EXPECT_NEAR(doubt[0] + doubt[2], 1e-4, 1e-6) << "a turn about X moves what is at -Y";
+}
+
+TEST_F(ReplaySource, WithoutAPlaceThereIsNoWorld) {
+  record(messages(1), 0);
+  const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=0");
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kPatience).ok());
+  EXPECT_EQ(probe->latest_in_world().validity(), Validity::invalid_query);
+  EXPECT_FALSE(probe->latest_in_world().reason().empty());
+  ProbeOptions nowhere;
+  nowhere.T_world_probe = UncertainPose{{{0, 0, 0, 0}, {}}, {}};
+  const Result<Probe> refused = Probe::connect("replay:" + path(), nowhere);
+  EXPECT_EQ(refused.status().code(), StatusCode::invalid_argument);
+  EXPECT_NE(refused.status().message().find("T_world_probe"), std::string::npos);
+}
+
 TEST_F(ReplaySource, NothingIsFromTheFuture) {
   record(messages(10), 20 * kMs);
   ProbeOptions options;

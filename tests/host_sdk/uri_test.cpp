@@ -23,6 +23,23 @@ TEST(ProbeUri, NamesHostAndPort) {
   EXPECT_EQ(address("grpc://[fe80::2]"), "[fe80::2]:7420");
 }
 
+TEST(ProbeUri, TellsWhetherItIsOverTls) {
+  EXPECT_EQ(std::get<GrpcAddress>(*parse_probe_uri("grpc://attic")).transport, Transport::plain);
+  EXPECT_EQ(std::get<GrpcAddress>(*parse_probe_uri("grpcs://attic")).transport, Transport::tls);
+  EXPECT_EQ(address("grpcs://attic"), "attic:7420");
+  EXPECT_EQ(address("grpcs://[::1]:7000/"), "[::1]:7000");
+}
+
+TEST(ProbeUri, PairingIsOverTlsAloneAndHasItsOwnPort) {
+  EXPECT_EQ(parse_pairing_uri("grpcs://attic")->host_port, "attic:7421");
+  EXPECT_EQ(parse_pairing_uri("grpcs://[fe80::2]:9")->host_port, "[fe80::2]:9");
+  for (const char* bad : {"grpc://attic", "attic", "grpcs://", "grpcs://x:0", "replay:x", "grpcs://x/y"}) {
+    const Result<GrpcAddress> parsed = parse_pairing_uri(bad);
+    ASSERT_FALSE(parsed.ok()) << bad;
+    EXPECT_EQ(parsed.status().code(), StatusCode::invalid_argument) << bad;
+  }
+}
+
 TEST(ProbeUri, NamesARecording) {
   const Result<ProbeUri> plain = parse_probe_uri("replay:/tmp/a b?.lwr");
   ASSERT_TRUE(plain.ok());
@@ -34,17 +51,29 @@ TEST(ProbeUri, NamesARecording) {
   EXPECT_EQ(std::get<ReplayPath>(*quick).speed, 2.5);
 }
 
+TEST(ProbeUri, NamesAProbeOnUsb) {
+  const Result<ProbeUri> only = parse_probe_uri("usb:");
+  ASSERT_TRUE(only.ok());
+  EXPECT_EQ(std::get<UsbAddress>(*only).serial, "");
+  const Result<ProbeUri> one = parse_probe_uri("usb:LW-00-7f:3");
+  ASSERT_TRUE(one.ok());
+  EXPECT_EQ(std::get<UsbAddress>(*one).serial, "LW-00-7f:3");
+}
+
 TEST(ProbeUri, RefusalsSayWhatWouldBeRight) {
   for (const char* bad :
        {"", "probe.local", "http://x", "grpc://", "grpc://:7420", "grpc://x:", "grpc://x:0",
         "grpc://x:70000", "grpc://x:7420x", "grpc://::1", "grpc://x/y", "grpc://[]:1",
-        "replay:", "replay:x?speed=-1", "replay:x?speed=fast", "replay:x?speed=inf"}) {
+        "grpcs://", "grpcs://x:0", "grpcs:/x", "grpcsx://x",
+        "usb://x", "usb:a b", "usb:a?speed=2", "usb:\xff", "usb", "replay:", "replay:x?speed=-1", "replay:x?speed=fast", "replay:x?speed=inf"}) {
     const Result<ProbeUri> parsed = parse_probe_uri(bad);
     ASSERT_FALSE(parsed.ok()) << bad;
     EXPECT_EQ(parsed.status().code(), StatusCode::invalid_argument) << bad;
   }
-  const std::string unknown = parse_probe_uri("mqtt://x").status().message();
+  EXPECT_FALSE(parse_probe_uri("usb:" + std::string(127, 'x')).ok());
+  const std::string unknown = parse_probe_uri("http://x").status().message();
   EXPECT_NE(unknown.find("grpc://"), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("usb:"), std::string::npos) << unknown;
   EXPECT_NE(unknown.find("replay:"), std::string::npos) << unknown;
 }
 

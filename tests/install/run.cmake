@@ -42,3 +42,47 @@ string(STRIP "${output}" output)
 if(NOT output STREQUAL "lightwell ${VERSION}")
   message(FATAL_ERROR "the consumer printed '${output}', not 'lightwell ${VERSION}'")
 endif()
+
+if(NOT C_CONSUMER)
+  return()
+endif()
+
+# The C ABI: by CMake's component and by pkg-config, each with a C compiler alone.
+set(build "${WORK}/c_consumer")
+run("${CMAKE_COMMAND}" -S "${C_CONSUMER}" -B "${build}" -G "${GENERATOR}"
+    "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_C_COMPILER=${C_COMPILER}" "-DCMAKE_C_FLAGS=${FLAGS}"
+    -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF)
+run("${CMAKE_COMMAND}" --build "${build}")
+
+file(GLOB_RECURSE pc "${prefix}/*/lightwell.pc")
+file(READ "${pc}" text)
+if(text MATCHES "${SOURCE}|${BUILD}")
+  message(FATAL_ERROR "${pc} names a tree of this machine")
+endif()
+cmake_path(GET pc PARENT_PATH pc_folder)
+set(ENV{PKG_CONFIG_PATH} "${pc_folder}")
+execute_process(COMMAND pkg-config --cflags --libs lightwell OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(flags UNIX_COMMAND "${flags} ${FLAGS}")
+run("${C_COMPILER}" -std=c99 -o "${WORK}/by_pkg_config" "${C_CONSUMER}/main.c" ${flags})
+
+file(GLOB_RECURSE library "${prefix}/*/liblightwell.so")
+cmake_path(GET library PARENT_PATH library_folder)
+# Python finds the library of its own prefix.
+if(PYTHON)
+  set(ENV{PYTHONPATH} "${prefix}/lib/python3/dist-packages")
+  execute_process(COMMAND "${PYTHON}" -B -c "import lightwell; print('lightwell', lightwell.__version__, lightwell.__file__)"
+                  OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
+  string(STRIP "${output}" output)
+  if(NOT output MATCHES "^lightwell ${VERSION} ${prefix}/")
+    message(FATAL_ERROR "Python printed '${output}'")
+  endif()
+endif()
+
+set(ENV{LD_LIBRARY_PATH} "${library_folder}")
+foreach(program IN ITEMS "${build}/c_consumer" "${WORK}/by_pkg_config")
+  execute_process(COMMAND "${program}" OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
+  string(STRIP "${output}" output)
+  if(NOT output STREQUAL "lightwell ${VERSION}")
+    message(FATAL_ERROR "${program} printed '${output}', not 'lightwell ${VERSION}'")
+  endif()
+endforeach()

@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""A Python program follows a real lightwelld over a real socket: light, map, estimator, lux meter, and its end.
+
+usage: python_client_test.py LIGHTWELLD
+"""
+
+import math
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import lightwell
+from lightwell import Error, LinkState, Status, Units, Validity
+
+LIGHTWELLD = sys.argv[1]
+PATIENCE = 60.0
+WALL = 0.5
+LAMP, LAMP_RADIUS = 200.0, math.radians(8)
+
+
+def panorama(path):
+    """Grey walls and a lamp at +X, as an uncompressed Radiance picture: 128 x 64, rows from the top."""
+    width, height = 128, 64
+    phi = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    theta = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+    x = np.cos(theta)[:, None] * np.sin(phi)[None, :]
+    radiance = np.where(np.arccos(x) < LAMP_RADIUS, LAMP, WALL)
+    exponent = np.ceil(np.log2(radiance * 1.001))
+    mantissa = np.floor(radiance / np.exp2(exponent) * 256).astype(np.uint8)
+    pixels = np.stack([mantissa] * 3 + [(exponent + 128).astype(np.uint8)], axis=-1)
+    path.write_bytes(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode() + pixels.tobytes())
+
+
+class Daemon:
+    def __init__(self, folder):
+        panorama(folder / "room.hdr")
+        self.process = subprocess.Popen(
+            [LIGHTWELLD, "--listen", "127.0.0.1:0", "--size", "160x120", "--camera", f"sim:{folder}/room.hdr"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        ready, _, _ = select.select([self.process.stdout], [], [], PATIENCE)
+        line = self.process.stdout.readline() if ready else ""
+        found = re.search(r"listening on (\S+)", line)
+        if not found:
+            self.process.kill()
+            raise AssertionError(f"lightwelld did not start: {line!r} {self.process.communicate()[1]}")
+        self.uri = found.group(1)
+
+    def stop(self):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        out, err = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, out, err
+
+
+class PythonClient(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="lightwell_")
+        self.addCleanup(folder.cleanup)
+        self.daemon = Daemon(Path(folder.name))
+        self.addCleanup(self.daemon.stop)
+
+    def until(self, probe, condition):
+        """The first lighting that satisfies it."""
+        seen, end = None, time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            light = probe.wait_for_next(seen, timeout=PATIENCE)
+            if condition(light):
+                return light
+            seen = light.info().sequence
+        raise AssertionError("what was waited for never came")
+
+    def test_follows_a_probe_from_light_to_silence(self):
+        with lightwell.connect(self.daemon.uri, max_age=1.0, connect_timeout=PATIENCE) as probe:
+            light = probe.wait_for_next(timeout=PATIENCE)
+            lamp = light.lights()[0]
+            self.assertLess(np.degrees(np.arccos(np.clip(lamp.direction @ [1, 0, 0], -1, 1))), 1.0)
+            answer = light.irradiance([[1, 0, 0], [-1, 0, 0]])
+            self.assertEqual((answer.units, answer.refused), (Units.RELATIVE, 0))
+            # Units are relative: what holds is the ratio of the lamp's side to that of the walls alone.
+            full = math.pi * (WALL + (LAMP - WALL) * math.sin(LAMP_RADIUS) ** 2)
+            ratio = answer.value[0] / answer.value[1] / (full / (math.pi * WALL))
+            np.testing.assert_allclose(ratio, 1, atol=0.05)
+
+            info = probe.info()
+            self.assertEqual((info.name, info.version), ("lightwell", lightwell.__version__))
+            self.assertGreater(info.frames, 0)
+            # One clock for both: the offset is nothing but its doubt.
+            self.assertLessEqual(abs(info.clock_offset_ns), info.clock_uncertainty_ns + 1_000_000)
+
+            self.assertIsNone(light.environment())
+            probe.set_estimator(environment_edge=16)
+            mapped = self.until(probe, lambda l: l.environment() is not None)
+            self.assertEqual(mapped.environment().levels[0].radiance.shape, (16, 16, 3))
+            with self.assertRaises(Error) as refused:
+                probe.set_estimator(max_lights=65)
+            self.assertEqual(refused.exception.status, Status.INVALID_ARGUMENT)
+
+            factor = probe.report_lux(1234.0, [0, 3, 0])
+            self.assertGreater(factor, 0)
+            measured = self.until(probe, lambda l: l.info().units == Units.ABSOLUTE)
+            luminance = measured.irradiance([0, 1, 0]).value @ [0.2126, 0.7152, 0.0722]
+            self.assertAlmostEqual(luminance / 1234.0, 1, delta=0.02)
+
+            code, _, err = self.daemon.stop()
+            self.assertEqual(code, 0, err)
+            end = time.monotonic() + PATIENCE
+            while probe.latest().validity != Validity.STALE and time.monotonic() < end:
+                time.sleep(0.01)
+            last = probe.latest()
+            self.assertEqual(last.validity, Validity.STALE)
+            self.assertIn("max_age", last.reason)
+            self.assertGreater(last.irradiance([0, 1, 0]).value[0], 0, "the last light stays")
+            self.assertNotEqual(probe.stats().state, LinkState.ENDED, "a probe is looked for as long as it is wanted")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

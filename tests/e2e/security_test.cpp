@@ -1,0 +1,309 @@
+// A probe that knows its clients, from pairing to light, as processes over real TLS.
+#include <csignal>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <lightwell/secrets.hpp>
+
+#include "e2e/secure_daemon.hpp"
+#include "link/access/certificate.hpp"
+#include "link/access/client_list.hpp"
+#include "support/impairing_proxy.hpp"
+
+namespace lightwell::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class SecurityTest : public SecureDaemonTest {
+ protected:
+  [[nodiscard]] ProbeCredentials pinned() const {
+    ProbeCredentials c;
+    c.pinned = file_text(keys() + "/ca.pem");
+    return c;
+  }
+  /// What `connect` says where the handshake fails.
+  static std::string handshake_refusal(const std::string& uri, const ProbeCredentials& credentials) {
+    const Result<Probe> probe = connect(uri, credentials);
+    EXPECT_FALSE(probe.ok());
+    if (probe.ok()) return {};
+    EXPECT_EQ(probe.status().code(), StatusCode::unavailable);
+    EXPECT_THAT(probe.status().message(), HasSubstr(uri));
+    return probe.status().message();
+  }
+  /// A daemon that shows a certificate of its owner's.
+  DaemonOptions showing(const std::string& certificate, const std::string& key) const {
+    const std::string config = folder_.write(
+        "probe.textproto", "camera { uri: \"sim:" + folder_.path("room.exr") +
+                               "\" }\ngrpc { security: LINK_SECURITY_TLS keys: \"keys\" certificate: \"own.pem\" key: "
+                               "\"own_key.pem\" }\n");
+    folder_.write("own.pem", certificate);
+    folder_.write("own_key.pem", key);
+    return {.more = {"--config", config}};
+  }
+  /// A certificate for localhost, `c`, as an owner would make it with a tool that is not ours.
+  DaemonOptions showing_what_openssl_made() const {
+    Child openssl({"/usr/bin/openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes",
+                   "-days", "2", "-subj", "/CN=attic", "-addext", "subjectAltName=DNS:localhost", "-keyout",
+                   folder_.path("k"), "-out", folder_.path("c")});
+    EXPECT_EQ(openssl.wait(), (Ending{0, 0})) << openssl.err();
+    return showing(file_text(folder_.path("c")), file_text(folder_.path("k")));
+  }
+  /// A client that is on the list, without pairing.
+  [[nodiscard]] std::string token(std::int64_t expires_in_s) const {
+    const std::string token = to_base64url(*random_bytes(32));
+    EXPECT_TRUE(ClientList::add(keys() + "/clients",
+                                {to_hex(sha256(token)), "", std::time(nullptr) + expires_in_s, "x"},
+                                std::time(nullptr) - 1'000'000)
+                    .ok());
+    return token;
+  }
+};
+
+/// Who stands between and listens: both directions, each connection's in one piece.
+std::string heard_by(const ImpairingProxy& proxy) {
+  std::string out;
+  for (const Direction direction : {Direction::to_server, Direction::to_client})
+    for (const std::byte b : proxy.carried(direction)) out.push_back(static_cast<char>(b));
+  return out;
+}
+
+TEST_F(SecurityTest, PairedOnceAProbeIsWatchedByItsAddressAlone) {
+  Daemon daemon(options("tls"));
+  const std::string folder = pair(daemon.uri());
+  Child info(tool({"info", daemon.uri(), "--json"}), environment());
+  EXPECT_EQ(info.wait(), (Ending{0, 0})) << info.err();
+  EXPECT_THAT(info.out(), HasSubstr("\"authentication_failures\":0"));
+  Child watch(tool({"watch", daemon.uri(), "--seconds", "1"}), environment());
+  EXPECT_EQ(watch.wait(), (Ending{0, 0})) << watch.err();
+  Result<Probe> probe = connect(daemon.uri(), folder);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_TRUE(gets_light(*probe));
+  EXPECT_TRUE(probe->set_estimator({}).ok());
+}
+
+TEST_F(SecurityTest, WhatAnEavesdropperHearsHoldsNoSecret) {
+  Daemon daemon(options("tls"));
+  PairingMode mode(keys(), "tls", port_of(daemon.uri()));
+  const ImpairingProxy pairing(port_of(mode.uri())), link(port_of(daemon.uri()));
+  const std::string code = mode.code(), folder = pair(mode, pairing.port());
+  const Result<Probe> probe = connect("grpcs://127.0.0.1:" + std::to_string(link.port()), folder);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(gets_light(*probe));
+  const std::string heard = heard_by(pairing) + heard_by(link);
+  ASSERT_GT(heard_by(pairing).size(), 2000U) << "certificates and messages went through";
+  ASSERT_GT(heard_by(link).size(), 2000U);
+  const auto first_line = [&](const char* file) {
+    const std::string text = file_text(folder + "/" + file);
+    return text.substr(0, text.find('\n'));
+  };
+  const auto body = [](const std::string& pem) { return pem.substr(pem.find('\n') + 1, 64); };
+  const std::string token = first_line("token");
+  ASSERT_EQ(token.size(), kTokenLength);
+  for (const std::string& secret : {token, body(file_text(folder + "/client_key.pem")),
+                                    body(file_text(keys() + "/ca_key.pem")), body(file_text(keys() + "/probe_key.pem")),
+                                    std::string("lightwell.v1.ProbeService"), std::string("authorization")})
+    for (const std::string& form : {secret, to_hex(secret), to_base64url(secret), sha256(secret)})
+      EXPECT_THAT(heard, Not(HasSubstr(form))) << secret;
+  // Six digits may come up in as many random bytes by chance, once in 10^10 or so.
+  for (const std::string& form : {code, to_hex(code), to_base64url(code)}) EXPECT_THAT(heard, Not(HasSubstr(form)));
+}
+
+TEST_F(SecurityTest, TheSameSearchFindsWhatIsSaidInPlainText) {
+  Daemon daemon({.camera = "sim:" + folder_.path("room.exr"), .more = {"--name", "attic"}});
+  const ImpairingProxy link(port_of(daemon.uri()));
+  const Result<Probe> probe = connect("grpc://127.0.0.1:" + std::to_string(link.port()), ProbeCredentials());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_THAT(heard_by(link), AllOf(HasSubstr("lightwell.v1.ProbeService"), HasSubstr("attic")));
+}
+
+TEST_F(SecurityTest, AWrongCodeIsRefusedAndThreeEndThePairing) {
+  PairingMode mode(keys(), "tls", 7420);
+  std::string wrong = mode.code();
+  wrong.front() = wrong.front() == '0' ? '1' : '0';
+  for (int i = 0; i < 3; ++i) {
+    Child tool_run(tool({"pair", mode.uri(), "--code", wrong}), environment());
+    EXPECT_EQ(tool_run.wait(), (Ending{4, 0}));
+    EXPECT_THAT(tool_run.err(), HasSubstr("the code is not the one"));
+  }
+  EXPECT_EQ(mode.process().wait(), (Ending{1, 0}));
+  EXPECT_THAT(mode.process().err(), HasSubstr("three wrong codes"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("config/lightwell")));
+}
+
+TEST_F(SecurityTest, MutualTlsServesAPairedClientAndTellsOthersWhatMayBeWrong) {
+  Daemon daemon(options("mutual-tls"));
+  const std::string folder = pair(daemon.uri(), "mutual-tls");
+  const Result<Probe> probe = connect(daemon.uri(), folder);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_TRUE(gets_light(*probe));
+  ProbeCredentials token_alone = pinned();
+  token_alone.token = token(3600);
+  EXPECT_THAT(handshake_refusal(daemon.uri(), token_alone), HasSubstr("LINK_SECURITY_MUTUAL_TLS"));
+}
+
+TEST_F(SecurityTest, ATokenThatIsNotGoodIsToldFromNothing) {
+  Daemon daemon(options("tls"));
+  (void)daemon.uri();
+  ProbeCredentials good = pinned(), expired = pinned(), wrong = pinned();
+  good.token = token(3600);
+  expired.token = token(-3600);
+  wrong.token = std::string(kTokenLength, 'x');
+  EXPECT_TRUE(connect(daemon.uri(), good).ok());
+  std::string said;
+  for (const ProbeCredentials& bad : {pinned(), wrong, expired}) {
+    const std::string now = handshake_refusal(daemon.uri(), bad);
+    EXPECT_THAT(now, HasSubstr("lightwell pair"));
+    EXPECT_TRUE(said.empty() || said == now) << now;
+    said = now;
+  }
+}
+
+TEST_F(SecurityTest, AProbeWithAnotherPinEndsInTheHandshake) {
+  Daemon daemon(options("tls"));
+  ProbeCredentials other = pinned();
+  const KeyPair key = *KeyPair::make();
+  other.pinned = *issue_certificate(
+      {CertificateUse::authority, "x", key.public_pem, kLongAgo_s, std::time(nullptr) + 3600}, {{}, key.private_pem});
+  EXPECT_THAT(
+      handshake_refusal(daemon.uri(), other),
+      AllOf(HasSubstr("TLS handshake failed"), HasSubstr("trusted authority"), HasSubstr("pair with it again")));
+}
+
+TEST_F(SecurityTest, AnExpiredCertificateEndsInTheHandshake) {
+  const KeyPair ca = *KeyPair::make(), key = *KeyPair::make();
+  const std::int64_t now = std::time(nullptr);
+  const Issuer issuer{
+      *issue_certificate({CertificateUse::authority, "x", ca.public_pem, kLongAgo_s, now + 3600}, {{}, ca.private_pem}),
+      ca.private_pem};
+  ProbeCredentials trusting;
+  trusting.pinned = issuer.certificate;
+  trusting.token = std::string(kTokenLength, 'x');
+  {
+    Daemon daemon(
+        showing(*issue_certificate({CertificateUse::probe, "x", key.public_pem, kLongAgo_s, now - 60}, issuer),
+                key.private_pem));
+    EXPECT_THAT(handshake_refusal(daemon.uri(), trusting),
+                AllOf(HasSubstr("TLS handshake failed"), HasSubstr("expired")));
+  }
+  {
+    Daemon daemon(
+        showing(*issue_certificate({CertificateUse::client, "x", key.public_pem, kLongAgo_s, now + 60}, issuer),
+                key.private_pem));
+    EXPECT_THAT(handshake_refusal(daemon.uri(), trusting), HasSubstr("TLS handshake failed"))
+        << "a client's certificate, of the same authority, does not make a probe";
+  }
+  Daemon daemon(showing(*issue_certificate({CertificateUse::probe, "x", key.public_pem, kLongAgo_s, now + 60}, issuer),
+                        key.private_pem));
+  EXPECT_THAT(handshake_refusal(daemon.uri(), trusting), HasSubstr("lightwell pair"))
+      << "the same with time left comes as far as the token";
+}
+
+TEST_F(SecurityTest, AnAuthorityOfManyMustNameTheHost) {
+  Daemon daemon(options("tls"));
+  (void)daemon.uri();
+  ProbeCredentials c;
+  c.ca = file_text(keys() + "/ca.pem");
+  c.token = token(3600);
+  // The probe's own certificate speaks of probe.lightwell.internal: of no address.
+  EXPECT_FALSE(connect(daemon.uri(), c).ok());
+  ProbeCredentials p = c;
+  std::swap(p.ca, p.pinned);
+  EXPECT_TRUE(connect(daemon.uri(), p).ok()) << "pinned, the address does not matter";
+}
+
+TEST_F(SecurityTest, AnAuthorityOfManyIsTrustedForTheHostThatItNames) {
+  Daemon daemon(showing_what_openssl_made());
+  const std::string port = std::to_string(port_of(daemon.uri()));
+  ProbeCredentials c;
+  c.ca = file_text(folder_.path("c"));
+  c.token = token(3600);
+  const Result<Probe> probe = connect("grpcs://localhost:" + port, c);
+  EXPECT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_FALSE(connect("grpcs://127.0.0.1:" + port, c).ok()) << "the certificate does not name this address";
+}
+
+TEST_F(SecurityTest, AnOwnersCertificateIsWhatPairingPins) {
+  const DaemonOptions own = showing_what_openssl_made();
+  Daemon daemon(own);
+  PairingMode mode(own.more, port_of(daemon.uri()));
+  const std::string folder = pair(mode);
+  EXPECT_EQ(file_text(folder + "/probe_ca.pem"), file_text(folder_.path("c")));
+  const Result<Probe> probe = connect(daemon.uri(), folder);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_TRUE(gets_light(*probe));
+}
+
+TEST_F(SecurityTest, AfterARestartTheClientComesBackByItself) {
+  std::string folder, uri;
+  {
+    Daemon daemon(options("tls"));
+    uri = daemon.uri();
+    folder = pair(uri);
+  }
+  const std::string listen = uri.substr(std::string("grpcs://").size());
+  auto daemon = std::make_unique<Daemon>(options("tls", listen));
+  ASSERT_EQ(daemon->uri(), uri);
+  const Result<Probe> probe = connect(uri, folder);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(gets_light(*probe));
+  daemon->process().signal(SIGKILL);
+  (void)daemon->process().wait();
+  ASSERT_TRUE(comes_true("the link is given up", [&] { return probe->stats().state != LinkState::connected; }));
+  daemon = std::make_unique<Daemon>(options("tls", listen));
+  ASSERT_EQ(daemon->uri(), uri);
+  ASSERT_TRUE(comes_true("it is back", [&] { return probe->stats().reconnects == 1; }));
+  EXPECT_TRUE(gets_light(*probe));
+  // In the place of the probe stands another, with keys of its own: the client does not speak to it.
+  daemon.reset();
+  std::filesystem::remove_all(keys());
+  daemon = std::make_unique<Daemon>(options("tls", listen));
+  ASSERT_EQ(daemon->uri(), uri);
+  ASSERT_TRUE(comes_true("the handshake fails",
+                         [&] { return probe->stats().last_error.find("TLS handshake failed") != std::string::npos; }));
+  EXPECT_EQ(probe->stats().reconnects, 1U);
+}
+
+TEST_F(SecurityTest, IPv6Works) {
+  Daemon plain({.camera = "sim:" + folder_.path("room.exr"), .listen = "[::1]:0"});
+  EXPECT_THAT(plain.uri(), HasSubstr("grpc://[::1]:"));
+  EXPECT_TRUE(connect(plain.uri(), ProbeCredentials()).ok());
+  Daemon guarded(options("tls", "[::]:0"));
+  const std::string port = std::to_string(port_of(guarded.uri()));
+  const std::string folder = pair(guarded.uri());
+  for (const std::string host : {"[::1]:", "127.0.0.1:"}) {
+    const Result<Probe> probe = connect("grpcs://" + host + port, folder);
+    ASSERT_TRUE(probe.ok()) << probe.status().message();
+    EXPECT_TRUE(gets_light(*probe));
+  }
+}
+
+TEST_F(SecurityTest, PlainTextOnANetworkRefusesToStartAndPairingWithoutEncryptionToo) {
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--check"}, {"--pair"}}) {
+    DaemonOptions o{.camera = "sim:" + folder_.path("room.exr"), .listen = "0.0.0.0:0", .more = more};
+    Child child(daemon_command(o));
+    EXPECT_EQ(child.wait(), (Ending{1, 0}));
+    EXPECT_THAT(child.err(), AllOf(HasSubstr("LINK_SECURITY_TLS"), HasSubstr("--security")));
+    EXPECT_EQ(child.out(), "");
+  }
+}
+
+TEST_F(SecurityTest, CredentialsDoNotGoOverPlainText) {
+  Daemon daemon({.camera = "sim:" + folder_.path("room.exr")});
+  ProbeCredentials c;
+  c.pinned = "-----BEGIN CERTIFICATE-----\n";
+  c.token = "secret";
+  const Result<Probe> probe = connect(daemon.uri(), c);
+  ASSERT_FALSE(probe.ok());
+  EXPECT_EQ(probe.status().code(), StatusCode::invalid_argument);
+  EXPECT_THAT(probe.status().message(), HasSubstr("grpcs://"));
+}
+
+}  // namespace
+}  // namespace lightwell::test

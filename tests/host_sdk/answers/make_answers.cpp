@@ -1,0 +1,385 @@
+// Writes what the C++ API answers, for the other languages to be compared with.
+//   FOLDER/answers.txt      messages, questions and C++'s answers; the format is below
+//   FOLDER/answers.lwrec    the messages of one probe among them as a recording
+//   FOLDER/mutants.txt      messages that were damaged, and whether C++ takes them
+//   FOLDER/threads.lwrec    3,000 descriptors in 1.5 s, each telling its number in its light
+//
+// A line is a word and numbers, %.9g, which gives every float back:
+//   message HEX                          the bytes that the following lines are about
+//   final                                of here on: the recording's last lighting, as Probe::latest() has it
+//   info sequence units flags bound band lights coverage
+//   irradiance x y z  r g b              of the normal x y z
+//   radiance x y z roughness  r g b
+//   coefficient radiance-or-irradiance(0,1) i  r g b
+//   light x y z  r g b  radius  uu uv vv  track
+//   map levels exponent                  0 levels: none
+//   level edge roughness
+//   texel level index  r g b
+//   rotated qx qy qz qw  x y z  r g b    irradiance at x y z after the turn q
+//   engine NAME choice choice  validity residual  numbers    a conversion of conventions.h: its enums' numbers (0 where
+//   it
+//                                        takes fewer), and its struct's fields in order, times of the host left out
+// And in mutants.txt:
+//   mutant STATUS HEX                    STATUS is StatusCode's name; behind "ok" follows
+//   irradiance x y z  r g b
+//   flags bits
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/conventions.hpp>
+#include <lightwell/environment.hpp>
+#include <lightwell/probe.hpp>
+#include <lightwell/recording.hpp>
+
+#include "host_sdk/scenes.hpp"
+
+namespace lightwell::test {
+namespace {
+
+constexpr std::array kRoughnesses = {0.0F, 0.02F, 0.35F, 1.0F};
+
+std::string numbers(std::initializer_list<double> values) {
+  std::string out;
+  std::array<char, 40> text{};
+  for (const double v : values) {
+    std::snprintf(text.data(), text.size(), " %.9g", v);
+    out += text.data();
+  }
+  return out;
+}
+
+template <class Quantity>
+std::string numbers(const Rgb<Quantity>& v) {
+  return numbers({v.r, v.g, v.b});
+}
+std::string numbers(Vec3f v) { return numbers({v.x, v.y, v.z}); }
+
+void write_map(std::ostream& out, const Lighting& light) {
+  const auto view = light.environment();
+  out << "map" << numbers({view ? double(view->map.levels.size()) : 0, view ? double(view->map.exponent) : 0}) << '\n';
+  if (!view) return;
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < view->map.levels.size(); ++k) {
+    const EnvironmentLevel& level = view->map.levels[k];
+    out << "level" << numbers({double(level.edge), level.roughness}) << '\n';
+    const auto count = static_cast<std::size_t>(level.edge) * static_cast<std::size_t>(level.edge);
+    for (std::size_t i = 0; i < count; i += 37)
+      out << "texel" << numbers({double(k), double(i)})
+          << numbers(texel_radiance(view->map.texels[first + i], view->map.exponent)) << '\n';
+    first += count;
+  }
+}
+
+std::uint32_t bits_of(Flags flags) {
+  std::uint32_t bits = 0;
+  for (const Flag f : kFlags)
+    if (flags.has(f)) bits |= 1U << static_cast<unsigned>(f);
+  return bits;
+}
+
+/// The fields of a converted value as numbers.
+class Fields {
+ public:
+  Fields& operator<<(double v) {
+    text_ += numbers({v});
+    return *this;
+  }
+  template <class T, std::size_t n>
+  Fields& operator<<(const std::array<T, n>& values) {
+    for (const T& v : values) *this << v;
+    return *this;
+  }
+  Fields& operator<<(const DomPoint& p) { return *this << p.x << p.y << p.z << p.w; }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+Fields fields_of(const WebXrLightEstimate& v) {
+  return Fields() << v.sphericalHarmonicsCoefficients << v.primaryLightDirection << v.primaryLightIntensity;
+}
+Fields fields_of(const ArCoreLightEstimate& v) {
+  return Fields() << double(v.state) << v.environmentalHdrMainLightDirection << v.environmentalHdrMainLightIntensity
+                  << v.environmentalHdrAmbientSphericalHarmonics;
+}
+Fields fields_of(const OpenXrLightEstimate& v) {
+  return Fields() << double(v.state) << double(v.ambientLight.state) << v.ambientLight.intensity
+                  << v.ambientLight.colorCorrection << double(v.sphericalHarmonics.state)
+                  << double(v.sphericalHarmonics.kind) << v.sphericalHarmonics.coefficients
+                  << double(v.directionalLight.state) << v.directionalLight.intensity << v.directionalLight.direction;
+}
+Fields fields_of(const ArKitLightEstimate& v) {
+  return Fields() << v.sphericalHarmonicsCoefficients << v.primaryLightDirection << v.primaryLightIntensity
+                  << v.ambientIntensity << v.ambientColorTemperature;
+}
+Fields fields_of(const UnityLighting& v) {
+  return Fields() << v.sphericalHarmonicsL2 << v.forward << v.color << v.intensity;
+}
+Fields fields_of(const ThreeLighting& v) {
+  return Fields() << v.sh << v.lightProbeIntensity << v.position << v.color << v.intensity;
+}
+Fields fields_of(const FilamentLighting& v) {
+  return Fields() << v.irradiance << v.radiance << v.indirectIntensity << v.direction << v.color << v.intensity
+                  << v.sunAngularRadius;
+}
+Fields fields_of(const UnrealLighting& v) {
+  return Fields() << v.R << v.G << v.B << v.forward << v.color << v.intensity << v.lightSourceAngle;
+}
+
+template <class T>
+void write_engine(std::ostream& out, const char* name, int first, int second, const Converted<T>& converted) {
+  out << "engine " << name << numbers({double(first), double(second), double(converted.validity)})
+      << numbers({converted.residual.value_or(-1.0F)}) << fields_of(converted.value).text() << '\n';
+}
+
+void write_engines(std::ostream& out, const Lighting& light) {
+  write_engine(out, "arcore", 0, 0, to_arcore(light));
+  write_engine(out, "arkit", 0, 0, to_arkit(light));
+  for (const int a : {0, 1}) {
+    const auto main = static_cast<MainLight>(a);
+    write_engine(out, "webxr", a, 0, to_webxr(light, static_cast<ShSigns>(a)));
+    write_engine(out, "filament", a, 0, to_filament(light, main));
+    write_engine(out, "unreal", a, 0, to_unreal(light, main));
+    for (const int b : {0, 1}) {
+      const auto other_main = static_cast<MainLight>(b);
+      write_engine(out, "openxr", a, b,
+                   to_openxr(light, static_cast<XrSphericalHarmonicsKind>(a), static_cast<ShSigns>(b)));
+      write_engine(out, "unity", a, b, to_unity(light, static_cast<UnityPipeline>(a), other_main));
+      write_engine(out, "three", a, b, to_three(light, static_cast<ThreeLights>(a), other_main));
+    }
+  }
+}
+
+void write_answers(std::ostream& out, const Lighting& light) {
+  const Descriptor& d = light.descriptor();
+  out << "info " << d.sequence
+      << numbers({double(d.units), double(bits_of(d.flags)), d.bound.total, double(d.radiance.band),
+                  double(d.lights.size()), d.coverage})
+      << '\n';
+  for (const Vec3f n : directions()) {
+    out << "irradiance" << numbers(n) << numbers(light.irradiance(n).value) << '\n';
+    for (const float r : kRoughnesses)
+      out << "radiance" << numbers(n) << numbers({r}) << numbers(light.radiance(n, r).value) << '\n';
+  }
+  const IrradianceSh e = irradiance_of(d.radiance);
+  for (int i = 0; i < d.radiance.count(); ++i) {
+    out << "coefficient" << numbers({0, double(i)}) << numbers(d.radiance.c[static_cast<std::size_t>(i)]) << '\n';
+    out << "coefficient" << numbers({1, double(i)}) << numbers(e.c[static_cast<std::size_t>(i)]) << '\n';
+  }
+  for (const Light& l : light.lights())
+    out << "light" << numbers(l.direction) << numbers(l.irradiance) << numbers({l.angular_radius_rad})
+        << numbers({l.direction_covariance[0], l.direction_covariance[1], l.direction_covariance[2]}) << ' ' << l.track
+        << '\n';
+  write_map(out, light);
+  const Quat q = Quat{0.2, -0.5, 0.1, 0.8}.normalized();
+  const Lighting turned = light.rotated(q);
+  for (const Vec3f n : directions())
+    out << "rotated" << numbers({q.x, q.y, q.z, q.w}) << numbers(n) << numbers(turned.irradiance(n).value) << '\n';
+  write_engines(out, light);
+}
+
+std::string hex_of(const std::string& bytes) {
+  std::string out;
+  for (const char c : bytes) {
+    std::array<char, 3> hex{};
+    std::snprintf(hex.data(), hex.size(), "%02x", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    out += hex.data();
+  }
+  return out;
+}
+
+void write_message(std::ostream& out, const std::string& bytes) {
+  out << "message " << hex_of(bytes) << '\n';
+  Result<Descriptor> d = decode_descriptor(as_bytes(bytes));
+  if (!d.ok()) throw std::runtime_error(d.status().message());
+  write_answers(out, Lighting::of(std::move(*d)));
+}
+
+std::string file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+EnvironmentMap some_map() {
+  EnvironmentMap map;
+  map.levels = {{16, 0}, {8, 0.3F}, {8, 1}};
+  map.exponent = 3;
+  map.key_interval_ms = 60'000;
+  std::mt19937 random(5);
+  for (std::size_t i = 0; i < texel_count(map.levels); ++i)
+    map.texels.push_back(static_cast<std::uint32_t>(random() & 0x07FFFFFFU) | 0x70000000U);
+  map.key = environment_key(map);
+  return map;
+}
+
+/// Captures of one probe: every band, few and many lights, points and wide caps, a map and changes to it.
+std::vector<Descriptor> scenes() {
+  std::mt19937 random(20);
+  std::uniform_real_distribution<float> any(-1, 1);
+  const EnvironmentMap whole = some_map();
+  std::vector<Descriptor> out;
+  for (int i = 0; i < 14; ++i) {
+    Descriptor d = numbered(static_cast<std::uint64_t>(100 + i), 1'000'000'000 + i * 33'000'000);
+    d.lights.clear();
+    d.units = Units::absolute;
+    d.coverage = 0.75F;
+    d.bound.total = 0.0125F;
+    d.radiance.band = i % (kMaxBand + 1);
+    for (int k = 0; k < d.radiance.count(); ++k)
+      d.radiance.c[static_cast<std::size_t>(k)] = Radiance{any(random), any(random), any(random)} * 300;
+    d.radiance.c[0] = {3000, 2500, 2000};
+    for (int k = 0; k < i; ++k) {
+      Light l = light({any(random), any(random), any(random)}, Irradiance{9, 8, 7} * (200.0F - 10.0F * float(k)),
+                      k == 0 ? 0.0046F : 0.2F * float(k % 8), static_cast<std::uint32_t>(k + 1));
+      l.direction_covariance = {1e-4F, k % 2 == 0 ? 0 : 2e-5F, k % 2 == 0 ? 1e-4F : 3e-4F};
+      d.lights.push_back(l);
+    }
+    if (i == 12) d.flags.set(Flag::clipped);
+    if (i == 3) d.environment = whole;
+    if (i == 9) {
+      EnvironmentMap changes;
+      changes.key = whole.key;
+      changes.runs = {5, 2, 200, 1};
+      changes.texels = {0x80000001U, 0x80000200U, 0x80040000U};
+      d.environment = changes;
+    }
+    out.push_back(std::move(d));
+  }
+  return out;
+}
+
+/// One damage, or one surprise that protobuf allows: a field twice, a field of the future.
+std::string mutated(std::string bytes, const std::string& other, std::mt19937& random) {
+  const auto below = [&](std::size_t n) { return n == 0 ? 0 : std::size_t{random()} % n; };
+  const auto any_byte = [&] { return static_cast<char>(random() & 255U); };
+  switch (below(9)) {
+    case 0:
+      bytes[below(bytes.size())] = any_byte();
+      break;
+    case 1:
+      bytes[below(bytes.size())] ^= static_cast<char>(1U << below(8));
+      break;
+    case 2:
+      bytes.resize(below(bytes.size()));
+      break;
+    case 3:
+      bytes.insert(below(bytes.size()), 1, any_byte());
+      break;
+    case 4:
+      bytes.erase(below(bytes.size()), 1 + below(3));
+      break;
+    case 5:
+      bytes += bytes.substr(below(bytes.size()), below(40));
+      break;
+    case 6:
+      bytes += other;
+      break;  // Two messages are one: protobuf merges them.
+    case 7:
+      bytes += std::string("\xA3\x06\x08\x01\x1B\x10\x07\x1C\xA4\x06", 10);
+      break;  // A group in a group.
+    default:
+      for (int k = 0; k < 3; ++k) bytes[below(bytes.size())] = any_byte();
+  }
+  return bytes;
+}
+
+void write_mutants(const std::string& path, const std::vector<std::string>& messages) {
+  constexpr std::size_t kLongest = 1000, kOfEach = 400;
+  std::ofstream out(path);
+  std::mt19937 random(77);
+  for (std::size_t m = 0; m < messages.size(); ++m) {
+    if (messages[m].size() > kLongest) continue;
+    for (std::size_t k = 0; k < kOfEach; ++k) {
+      const std::string bytes = mutated(messages[m], messages[k % messages.size()], random);
+      Result<Descriptor> d = decode_descriptor(as_bytes(bytes));
+      out << "mutant " << to_string(d.status().code()) << ' ' << hex_of(bytes) << '\n';
+      if (!d.ok()) continue;
+      out << "flags " << bits_of(d->flags) << '\n';
+      const Vec3f n = directions()[k % 10];
+      out << "irradiance" << numbers(n) << numbers(Lighting::of(std::move(*d)).irradiance(n).value) << '\n';
+    }
+  }
+  if (!out.flush()) throw std::runtime_error("cannot write " + path);
+}
+
+void write_all(const std::filesystem::path& folder, const std::filesystem::path& vectors) {
+  std::filesystem::create_directories(folder);
+  const std::string recording = (folder / "answers.lwrec").string();
+  std::filesystem::remove(recording);
+  std::ofstream out(folder / "answers.txt");
+  std::vector<std::filesystem::path> golden;
+  for (const auto& entry : std::filesystem::directory_iterator(vectors))
+    if (entry.path().extension() == ".bin") golden.push_back(entry.path());
+  std::sort(golden.begin(), golden.end());
+  if (golden.empty()) throw std::runtime_error("no golden vectors in " + vectors.string());
+  std::vector<std::string> messages;
+  for (const auto& path : golden) {
+    messages.push_back(file(path));
+    write_message(out, messages.back());
+  }
+
+  Result<RecordWriter> writer = RecordWriter::open(recording, {RecordingKind::descriptors, "attic", "0.1.0", {}});
+  if (!writer.ok()) throw std::runtime_error(writer.status().message());
+  for (const Descriptor& d : scenes()) {
+    const std::string bytes = encoded(d);
+    write_message(out, bytes);
+    messages.push_back(bytes);
+    if (const Status s = writer->append(d.time.mid_exposure.ns, as_bytes(bytes)); !s.ok())
+      throw std::runtime_error(s.message());
+  }
+  if (const Status s = writer->flush(); !s.ok()) throw std::runtime_error(s.message());
+
+  const Result<Probe> probe = Probe::connect("replay:" + recording + "?speed=0");
+  if (!probe.ok()) throw std::runtime_error(probe.status().message());
+  std::optional<std::uint64_t> seen;
+  for (;;) {
+    const Result<Lighting> next = probe->wait_for_next(seen, Duration{60'000'000'000});
+    if (!next.ok()) break;
+    seen = next->descriptor().sequence;
+  }
+  out << "final\n";
+  write_answers(out, probe->latest());
+  if (!out.flush()) throw std::runtime_error("cannot write answers.txt");
+  write_mutants((folder / "mutants.txt").string(), messages);
+}
+
+void write_many(const std::string& path) {
+  std::filesystem::remove(path);
+  Result<RecordWriter> writer = RecordWriter::open(path, {RecordingKind::descriptors, "attic", "0.1.0", {}});
+  if (!writer.ok()) throw std::runtime_error(writer.status().message());
+  for (std::uint64_t i = 1; i <= 3000; ++i) {
+    const auto time = static_cast<std::int64_t>(i) * 500'000;
+    const std::string bytes = encoded(numbered(i, time));
+    if (const Status s = writer->append(time, as_bytes(bytes)); !s.ok()) throw std::runtime_error(s.message());
+  }
+  if (const Status s = writer->flush(); !s.ok()) throw std::runtime_error(s.message());
+}
+
+}  // namespace
+}  // namespace lightwell::test
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::cerr << "usage: make_answers FOLDER VECTORS\n";
+    return 2;
+  }
+  try {
+    lightwell::test::write_all(argv[1], argv[2]);
+    lightwell::test::write_many(std::string(argv[1]) + "/threads.lwrec");
+  } catch (const std::exception& e) {
+    std::cerr << "make_answers: " << e.what() << '\n';
+    return 1;
+  }
+  return 0;
+}

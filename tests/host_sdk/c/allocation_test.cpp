@@ -1,0 +1,76 @@
+// What a render loop calls takes nothing from the heap.
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/lightwell.h>
+
+#include "firmware/app/allocation_counter.hpp"
+
+namespace lightwell::test {
+namespace {
+
+TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
+  const std::string uri = "replay:" LIGHTWELL_ANSWERS "/answers.lwrec?speed=0";
+  lw_probe* probe = nullptr;
+  ASSERT_EQ(lw_probe_connect(uri.data(), uri.size(), nullptr, &probe), LW_OK) << lw_last_error(nullptr);
+  lw_lighting *light = nullptr, *other = nullptr;
+  ASSERT_EQ(lw_lighting_create(&light), LW_OK);
+  ASSERT_EQ(lw_lighting_create(&other), LW_OK);
+  lw_lighting_info info{};
+  info.size = sizeof info;
+  // To the end: the reader thread allocates, and is to have nothing left to do.
+  std::uint64_t seen = 0;
+  while (lw_probe_wait_for_next(probe, &seen, 60'000'000'000, light) == LW_OK) {
+    ASSERT_EQ(lw_lighting_get_info(light, &info), LW_OK);
+    seen = info.sequence;
+  }
+  const float normals[6] = {0, 1, 0, 1, 0, 0};
+  float values[6];
+  lw_answer answer{};
+  answer.size = sizeof answer;
+  lw_light lights[LW_MAX_LIGHTS];
+  float coefficients[3 * LW_MAX_COEFFICIENTS];
+  lw_environment map{};
+  map.size = sizeof map;
+  std::size_t count = 0;
+  int failed = 0;
+  const auto frame = [&] {
+    failed += lw_probe_latest(probe, light) != LW_OK;
+    failed += lw_lighting_copy(light, other) != LW_OK;
+    failed += lw_lighting_get_info(light, &info) != LW_OK;
+    failed += lw_lighting_irradiance(light, normals, &answer) != LW_OK;
+    failed += lw_lighting_irradiance_batch(light, normals, 0, 2, values, 0, &answer) != LW_OK;
+    failed += lw_lighting_radiance_batch(light, normals, 0, 2, 0.3F, values, 0, &answer) != LW_OK;
+    failed += lw_lighting_harmonics(light, LW_IRRADIANCE, 2, coefficients, nullptr) != LW_OK;
+    failed += lw_lighting_lights(light, lights, sizeof *lights, LW_MAX_LIGHTS, &count) != LW_OK;
+    failed += lw_lighting_environment(light, &map) != LW_OK;
+  };
+  frame();  // The thread's lobe and error are made when they are first asked for.
+  std::size_t allocations = 0;
+  {
+    const AllocationCount counter;
+    for (int i = 0; i < 100; ++i) frame();
+    allocations = counter.value();
+    if (allocations > 0) AllocationCount::print_first();
+  }
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_EQ(failed, 0);
+  EXPECT_EQ(info.sequence, 113U);
+  EXPECT_EQ(count, 13U);
+
+  // The counter sees the library: a turn allocates.
+  const double q[4] = {0, 0, 0, 1};
+  {
+    const AllocationCount counter;
+    EXPECT_EQ(lw_lighting_rotated(light, q, other), LW_OK);
+    allocations = counter.value();
+  }
+  EXPECT_GT(allocations, 0U);
+  lw_lighting_release(light);
+  lw_lighting_release(other);
+  lw_probe_close(probe);
+}
+
+}  // namespace
+}  // namespace lightwell::test

@@ -1,0 +1,49 @@
+/* What the C programs ask: a lighting with one lamp at +X (the golden vector v1_lamp_at_plus_x), and a recording. */
+#ifndef LIGHTWELL_TESTS_LAMP_H
+#define LIGHTWELL_TESTS_LAMP_H
+
+#include <lightwell/lightwell.h>
+#include <stdio.h>
+
+#include "check.h"
+
+enum { LAMP_CAPACITY = 4096 };
+
+/* Its bytes, and how many there are. */
+static size_t lamp_bytes(const char* vectors, unsigned char bytes[LAMP_CAPACITY]) {
+  char path[1024];
+  size_t n;
+  FILE* file;
+  snprintf(path, sizeof path, "%s/v1_lamp_at_plus_x.bin", vectors);
+  file = fopen(path, "rb");
+  CHECK(file != NULL);
+  n = file == NULL ? 0 : fread(bytes, 1, LAMP_CAPACITY, file);
+  if (file != NULL) fclose(file);
+  return n;
+}
+
+static lw_lighting* lamp(const char* vectors) {
+  unsigned char bytes[LAMP_CAPACITY];
+  const size_t n = lamp_bytes(vectors, bytes);
+  lw_lighting* out = NULL;
+  CHECK(lw_lighting_create(&out) == LW_OK);
+  CHECK(lw_lighting_decode(bytes, n, 0, out) == LW_OK);
+  return out;
+}
+
+/* A recording, asked until it has ended. */
+static lw_probe* played(const char* recording, lw_lighting* last) {
+  char uri[1100];
+  uint64_t seen = 0;
+  lw_probe* probe = NULL;
+  lw_lighting_info info = {.size = sizeof info};
+  snprintf(uri, sizeof uri, "replay:%s?speed=0", recording);
+  CHECK(lw_probe_connect(uri, LW_ZERO_TERMINATED, NULL, &probe) == LW_OK);
+  while (lw_probe_wait_for_next(probe, &seen, 60000000000, last) == LW_OK) {
+    CHECK(lw_lighting_get_info(last, &info) == LW_OK);
+    seen = info.sequence;
+  }
+  return probe;
+}
+
+#endif

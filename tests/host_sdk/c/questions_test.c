@@ -1,0 +1,276 @@
+/* What is asked, and with what: bytes, sizes of structs, options, moments, strides. */
+#include <lightwell/lightwell.h>
+
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "lamp.h"
+
+static void decoding_is_careful(const char* vectors) {
+  unsigned char bytes[LAMP_CAPACITY];
+  const size_t n = lamp_bytes(vectors, bytes);
+  lw_lighting* out = lamp(vectors);
+  size_t k;
+  lw_lighting_info info = {.size = sizeof info};
+  /* Truncated anywhere, it is refused by name, and what was there stays. */
+  for (k = 0; k < n; ++k) (void)lw_lighting_decode(bytes, k, 0, out);
+  CHECK(lw_lighting_decode(bytes, n - 1, 0, out) == LW_DATA_LOSS);
+  CHECK(lw_lighting_decode(bytes, 0, 0, out) == LW_INVALID_ARGUMENT);
+  CHECK(lw_lighting_decode(bytes, n, 0, out) == LW_OK);
+  CHECK(lw_lighting_decode(NULL, n, 0, out) == LW_INVALID_ARGUMENT);
+  CHECK(lw_lighting_decode(bytes, n, -1, out) == LW_INVALID_ARGUMENT);
+  CHECK(lw_lighting_get_info(out, &info) == LW_OK && info.sequence == 7);
+  /* A newer probe's field is passed over; a newer wire, which would be misread, is refused with its number. */
+  memcpy(bytes + n, "\xC0\x3E\x05", 3);
+  CHECK(lw_lighting_decode(bytes, n + 3, 0, out) == LW_OK);
+  /* A newer probe's flag stays a reason to doubt. */
+  memcpy(bytes + n, "\x68\x63", 2);
+  CHECK(lw_lighting_decode(bytes, n + 2, 0, out) == LW_OK && lw_lighting_get_info(out, &info) == LW_OK);
+  CHECK(info.flags == LW_FLAG_NEWER);
+  memcpy(bytes + n, "\x08\x02", 2);
+  CHECK(lw_lighting_decode(bytes, n + 2, 0, out) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "wire_version is 2") != NULL);
+  CHECK(lw_lighting_decode(bytes, n, 300000000, out) == LW_OK);
+  CHECK(lw_lighting_get_info(out, &info) == LW_OK && info.validity == LW_STALE && info.age_ns == 300000000);
+  CHECK(strlen(info.reason) > 0);
+  CHECK(lw_lighting_decode(bytes, n, 0, out) == LW_OK);
+  lw_lighting_release(out);
+}
+
+/* A struct of a newer header: this one's fields, and some that this library does not know. */
+typedef struct {
+  lw_answer known;
+  unsigned char future[24];
+} newer_answer;
+typedef struct {
+  lw_probe_options known;
+  unsigned char future[16];
+} newer_options;
+typedef struct {
+  lw_light known;
+  unsigned char future[20];
+} newer_light;
+
+static void sizes_are_kept(lw_lighting* light, const char* recording) {
+  const float east[3] = {1, 0, 0};
+  lw_answer whole = {.size = sizeof whole}, shorter, wrong;
+  newer_answer longer;
+  newer_options options;
+  newer_light lights[2];
+  lw_light older[2];
+  lw_probe* probe = NULL;
+  char uri[1100];
+  size_t count = 0;
+  const size_t up_to_value = offsetof(lw_answer, value) + sizeof whole.value;
+  CHECK(lw_lighting_irradiance(light, east, &whole) == LW_OK);
+  /* An older application's struct ends behind `value`: no byte behind it is touched. */
+  memset(&shorter, 0x5A, sizeof shorter);
+  shorter.size = (uint32_t)up_to_value;
+  CHECK(lw_lighting_irradiance(light, east, &shorter) == LW_OK);
+  CHECK(shorter.size == up_to_value && memcmp(shorter.value, whole.value, sizeof whole.value) == 0);
+  {
+    size_t k;
+    for (k = up_to_value; k < sizeof shorter; ++k) CHECK(((unsigned char*)&shorter)[k] == 0x5A);
+  }
+  /* A newer application's: what is not known here is zero. */
+  memset(&longer, 0x5A, sizeof longer);
+  longer.known.size = sizeof longer;
+  CHECK(lw_lighting_irradiance(light, east, &longer.known) == LW_OK);
+  CHECK(longer.known.size == sizeof longer && memcmp(longer.known.value, whole.value, sizeof whole.value) == 0);
+  CHECK(longer.known.error_bound == whole.error_bound);
+  {
+    size_t k;
+    for (k = 0; k < sizeof longer.future; ++k) CHECK(longer.future[k] == 0);
+  }
+  /* No size. */
+  wrong = whole;
+  wrong.size = 0;
+  CHECK(lw_lighting_irradiance(light, east, &wrong) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "lw_answer.size") != NULL);
+  wrong.size = 0xCCCCCCCC;
+  CHECK(lw_lighting_irradiance(light, east, &wrong) == LW_INVALID_ARGUMENT);
+  CHECK(memcmp(wrong.value, whole.value, sizeof whole.value) == 0);
+  /* Questions: a newer field that is zero asks for nothing, another one cannot be served. */
+  snprintf(uri, sizeof uri, "replay:%s?speed=0", recording);
+  memset(&options, 0, sizeof options);
+  options.known.size = sizeof options;
+  CHECK(lw_probe_connect(uri, LW_ZERO_TERMINATED, &options.known, &probe) == LW_OK);
+  lw_probe_close(probe);
+  probe = NULL;
+  options.future[3] = 1;
+  CHECK(lw_probe_connect(uri, LW_ZERO_TERMINATED, &options.known, &probe) == LW_INVALID_ARGUMENT);
+  CHECK(probe == NULL && strstr(lw_last_error(NULL), "older") != NULL);
+  /* Older options end behind max_age. */
+  options.known.size = (uint32_t)offsetof(lw_probe_options, extrapolation_ns);
+  options.known.extrapolation_ns = -5;
+  CHECK(lw_probe_connect(uri, LW_ZERO_TERMINATED, &options.known, &probe) == LW_OK);
+  lw_probe_close(probe);
+  /* Elements of an array, larger and smaller. */
+  memset(lights, 0x5A, sizeof lights);
+  CHECK(lw_lighting_lights(light, &lights[0].known, sizeof lights[0], 2, &count) == LW_OK && count == 1);
+  CHECK(lights[0].known.direction[0] == 1 && lights[0].future[0] == 0 && lights[1].known.track == 0x5A5A5A5A);
+  memset(older, 0x5A, sizeof older);
+  CHECK(lw_lighting_lights(light, older, offsetof(lw_light, angular_radius), 1, &count) == LW_OK);
+  CHECK(older[0].irradiance[0] == 10 && ((unsigned char*)older)[offsetof(lw_light, angular_radius)] == 0x5A);
+  CHECK(lw_lighting_lights(light, older, 3, 1, &count) == LW_INVALID_ARGUMENT);
+}
+
+static void options_are_checked(const char* recording, lw_probe* probe) {
+  lw_probe_options options = {.size = sizeof options};
+  lw_estimator_config config = {.size = sizeof config};
+  lw_probe* none = NULL;
+  char uri[1100];
+  double factor = 3;
+  const float up[3] = {0, 1, 0};
+  snprintf(uri, sizeof uri, "replay:%s", recording);
+  options.history = -1;
+  CHECK(lw_probe_connect(uri, strlen(uri), &options, &none) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "history") != NULL && none == NULL);
+  CHECK(lw_probe_connect("ftp://x", LW_ZERO_TERMINATED, NULL, &none) == LW_INVALID_ARGUMENT);
+  CHECK(lw_probe_connect("replay:/nowhere/at/all", LW_ZERO_TERMINATED, NULL, &none) == LW_NOT_FOUND);
+  /* The length counts, not the zero byte: "replay:" and nothing. */
+  CHECK(lw_probe_connect(uri, 7, NULL, &none) != LW_OK);
+  options.history = 0;
+  options.connect_timeout_ns = 200000000;
+  CHECK(lw_probe_connect("grpc://127.0.0.1:1", LW_ZERO_TERMINATED, &options, &none) == LW_UNAVAILABLE);
+  CHECK(strstr(lw_last_error(NULL), "lightwelld") != NULL && none == NULL);
+
+  CHECK(lw_estimator_config_defaults(&config) == LW_OK);
+  CHECK(config.band == 6 && config.max_lights == 16 && config.epsilon == 0.01 && config.setting == 2);
+  CHECK(lw_probe_set_estimator(probe, &config) == LW_FAILED_PRECONDITION);
+  CHECK(strstr(lw_last_error(NULL), "recording") != NULL);
+  config.setting = 257;
+  CHECK(lw_probe_set_estimator(probe, &config) == LW_INVALID_ARGUMENT);
+  config.setting = 2;
+  config.epsilon = NAN;
+  CHECK(lw_probe_set_estimator(probe, &config) == LW_INVALID_ARGUMENT);
+  CHECK(lw_probe_report_lux(probe, NAN, up, &factor) == LW_INVALID_ARGUMENT && factor == 3);
+  CHECK(lw_probe_report_lux(probe, 100, up, &factor) == LW_FAILED_PRECONDITION && factor == 3);
+}
+
+static void the_past_and_the_far_future(lw_probe* probe, lw_lighting* scratch) {
+  lw_lighting_info info = {.size = sizeof info};
+  uint64_t seen = 113;
+  CHECK(lw_probe_wait_for_next(probe, &seen, INT64_MAX, scratch) == LW_FAILED_PRECONDITION);
+  CHECK(lw_probe_wait_for_next(probe, NULL, -1, scratch) == LW_OK);
+  CHECK(lw_probe_at(probe, INT64_MIN, scratch) == LW_OK && lw_lighting_get_info(scratch, &info) == LW_OK);
+  CHECK(info.validity == LW_BEFORE_HISTORY && strstr(info.reason, "history") != NULL);
+  CHECK(lw_probe_at(probe, INT64_MAX, scratch) == LW_OK && lw_lighting_get_info(scratch, &info) == LW_OK);
+  CHECK(info.validity == LW_STALE && info.sequence == 113);
+  CHECK(info.derivation == LW_HELD);
+  CHECK(lw_probe_at(probe, info.mid_exposure_ns, scratch) == LW_OK && lw_lighting_get_info(scratch, &info) == LW_OK);
+  CHECK(info.validity == LW_VALID && info.age_ns == 0 && info.reason[0] == '\0' && info.derivation == LW_MEASURED);
+}
+
+/* Several at a time are summed in another order: within 1e-5 of the largest irradiance, of the lamp's 10. */
+static int near(const float* a, const float* b) {
+  int k;
+  for (k = 0; k < 3; ++k)
+    if (!(fabsf(a[k] - b[k]) <= 1e-4F)) return 0;
+  return 1;
+}
+
+static void batches_keep_strides(lw_lighting* light) {
+  /* Vertices of position and normal, and values into the middle of others. */
+  float vertices[4][6] = {{9, 9, 9, 0, 1, 0}, {9, 9, 9, 1, 0, 0}, {9, 9, 9, 0, 0, 2}, {9, 9, 9, -1, 1, -1}};
+  float out[4][5], packed[12];
+  lw_answer a = {.size = sizeof a}, one = {.size = sizeof one};
+  int i, k;
+  for (i = 0; i < 4; ++i)
+    for (k = 0; k < 5; ++k) out[i][k] = -7;
+  CHECK(lw_lighting_irradiance_batch(light, &vertices[0][3], sizeof vertices[0], 4, &out[0][1], sizeof out[0], &a) ==
+        LW_OK);
+  CHECK(a.validity == LW_VALID && a.refused == 0 && a.error_bound > 0);
+  for (i = 0; i < 4; ++i) {
+    CHECK(lw_lighting_irradiance(light, &vertices[i][3], &one) == LW_OK);
+    CHECK(near(&out[i][1], one.value));
+    CHECK(out[i][0] == -7 && out[i][4] == -7);
+    memcpy(packed + 3 * i, &vertices[i][3], 12);
+  }
+  /* More than are taken at a time, some of them no normals. */
+  {
+    enum { kMany = 1000 };
+    static float many[kMany][3], values[kMany][3];
+    for (i = 0; i < kMany; ++i) {
+      many[i][0] = i % 100 == 0 ? NAN : (float)(i - 500);
+      many[i][1] = 30;
+      many[i][2] = (float)(i % 37) - 18;
+    }
+    CHECK(lw_lighting_irradiance_batch(light, many[0], 0, kMany, values[0], 0, &a) == LW_OK && a.refused == 10);
+    for (i = 0; i < kMany; ++i) {
+      CHECK(lw_lighting_irradiance(light, many[i], &one) == LW_OK && near(values[i], one.value));
+    }
+    CHECK(lw_lighting_radiance_batch(light, many[0], 0, kMany, 0.5F, values[0], 0, &a) == LW_OK && a.refused == 10);
+    for (i = 0; i < kMany; ++i) {
+      CHECK(lw_lighting_radiance(light, many[i], 0.5F, &one) == LW_OK && memcmp(values[i], one.value, 12) == 0);
+    }
+  }
+  /* Over the questions themselves. */
+  CHECK(lw_lighting_irradiance_batch(light, packed, 0, 4, packed, 12, NULL) == LW_OK);
+  for (i = 0; i < 4; ++i) CHECK(memcmp(packed + 3 * i, &out[i][1], 12) == 0);
+}
+
+/* What C has no field for cannot be asked from C. */
+static void texts_of_options_arrive(void) {
+  lw_probe_options options = {.size = sizeof options};
+  lw_probe* none = NULL;
+  options.credentials_folder = "/no/such/folder";
+  CHECK(lw_probe_connect("grpcs://127.0.0.1:1", LW_ZERO_TERMINATED, &options, &none) == LW_NOT_FOUND);
+  CHECK(strstr(lw_last_error(NULL), "/no/such/folder") != NULL && none == NULL);
+  options.credentials_folder = NULL;
+  options.mqtt_ca_file = "/no/such/ca.pem";
+  CHECK(lw_probe_connect("mqtts://127.0.0.1:1/a", LW_ZERO_TERMINATED, &options, &none) == LW_NOT_FOUND);
+  CHECK(strstr(lw_last_error(NULL), "/no/such/ca.pem") != NULL);
+  options.mqtt_ca_file = NULL;
+  options.mqtt_certificate_file = "own.pem";
+  CHECK(lw_probe_connect("mqtts://127.0.0.1:1/a", LW_ZERO_TERMINATED, &options, &none) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "key_file") != NULL);
+  options.mqtt_key_file = "/no/such/key.pem";
+  options.mqtt_certificate_file = "/dev/null";
+  CHECK(lw_probe_connect("mqtts://127.0.0.1:1/a", LW_ZERO_TERMINATED, &options, &none) == LW_NOT_FOUND);
+  CHECK(strstr(lw_last_error(NULL), "/no/such/key.pem") != NULL);
+  options.mqtt_certificate_file = options.mqtt_key_file = NULL;
+  options.mqtt_password = "guess";
+  CHECK(lw_probe_connect("mqtt://127.0.0.1:1/a", LW_ZERO_TERMINATED, &options, &none) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "user") != NULL);
+  options.mqtt_user = "ann";
+  options.connect_timeout_ns = 200000000;
+  CHECK(lw_probe_connect("mqtt://127.0.0.1:1/a", LW_ZERO_TERMINATED, &options, &none) == LW_UNAVAILABLE);
+}
+
+/* A recording says nothing of a room. */
+static void without_a_mounting_there_is_no_world(const lw_probe* probe, lw_lighting* scratch) {
+  lw_lighting_info info = {.size = sizeof info};
+  lw_probe_info probe_info = {.size = sizeof probe_info};
+  lw_lighting* world = NULL;
+  CHECK(lw_lighting_create(&world) == LW_OK);
+  CHECK(lw_probe_latest_in_world(probe, world) == LW_OK && lw_lighting_get_info(world, &info) == LW_OK);
+  CHECK(info.validity == LW_INVALID_QUERY && info.light_count == 0);
+  CHECK(lw_probe_get_info(probe, &probe_info) == LW_OK && probe_info.mounted == 0 && probe_info.orientation[3] == 0);
+  CHECK(lw_probe_latest_in_world(NULL, scratch) == LW_INVALID_ARGUMENT);
+  CHECK(lw_probe_latest_in_world(probe, NULL) == LW_INVALID_ARGUMENT);
+  lw_lighting_release(world);
+}
+
+int main(int argc, char** argv) {
+  lw_lighting *light, *scratch = NULL;
+  lw_probe* probe;
+  if (argc != 3) return 2;
+  light = lamp(argv[1]);
+  CHECK(lw_lighting_create(&scratch) == LW_OK);
+  probe = played(argv[2], scratch);
+  decoding_is_careful(argv[1]);
+  sizes_are_kept(light, argv[2]);
+  options_are_checked(argv[2], probe);
+  texts_of_options_arrive();
+  without_a_mounting_there_is_no_world(probe, scratch);
+  the_past_and_the_far_future(probe, scratch);
+  batches_keep_strides(light);
+  lw_probe_close(probe);
+  lw_lighting_release(light);
+  lw_lighting_release(scratch);
+  return checks_failed(150);
+}

@@ -1,0 +1,239 @@
+// A probe at a broker, followed by the SDK.
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "host_sdk/probe_at_broker.hpp"
+
+namespace lightwell::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(MqttSource, FollowsAProbeByItsClock) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  attic.say_alive();
+  const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), patient());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  const ProbeInfo info = probe->info();
+  EXPECT_EQ(info.name, "attic");
+  EXPECT_EQ(info.version, "0.1.0");
+  EXPECT_NEAR(info.clock_offset.seconds(), 3600, info.clock_uncertainty.seconds());
+  EXPECT_GT(info.clock_uncertainty.ns, 0);
+  EXPECT_TRUE(comes_true("connected", [&] { return probe->stats().state == LinkState::connected; }));
+  for (std::uint64_t i = 1; i <= 20; ++i) attic.say(attic.descriptor(i, 20 * kMs));
+  ASSERT_TRUE(newest_becomes(*probe, 20));
+  const Lighting light = probe->latest();
+  EXPECT_EQ(light.validity(), Validity::valid);
+  EXPECT_GE(light.age().ns, 20 * kMs - info.clock_uncertainty.ns);
+  EXPECT_GT(light.age_uncertainty().ns, 0) << "what the clocks leave open stands beside the age";
+  EXPECT_EQ(probe->stats().received, 20U);
+  EXPECT_EQ(probe->stats().gaps, 0U);
+  EXPECT_EQ(probe->stats().last_error, "");
+}
+
+TEST(MqttSource, TellsALateComerHowOldTheRetainedDescriptorIs) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  attic.say_alive();
+  attic.say(attic.descriptor(7, 3'000 * kMs));
+  ProbeOptions options = patient();
+  options.max_age = {1'000 * kMs};
+  const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), options);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(newest_becomes(*probe, 7));
+  EXPECT_EQ(probe->latest().validity(), Validity::stale);
+  EXPECT_GE(probe->latest().age().ns, 3'000 * kMs - probe->info().clock_uncertainty.ns);
+}
+
+TEST(MqttSource, WithoutTheProbesClockThereIsNoAnswer) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  attic.answers = false;
+  attic.say_alive();
+  attic.say(attic.descriptor(7, 0));
+  ProbeOptions options = patient();
+  int taken = 0;
+  options.on_descriptor = [&](const Arrival&) { ++taken; };
+  options.connect_timeout = {2'500 * kMs};
+  const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), options);
+  ASSERT_FALSE(probe.ok());
+  EXPECT_EQ(probe.status().code(), StatusCode::unavailable);
+  EXPECT_THAT(probe.status().message(), HasSubstr("does not tell its clock"));
+  EXPECT_EQ(taken, 0);
+  EXPECT_GE(attic.questions, 2) << "it asked again";
+}
+
+TEST(MqttSource, WhereAProbeHasLeftOrNeverWasConnectSaysSo) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  ProbeOptions options = patient();
+  options.connect_timeout = {1'500 * kMs};
+  EXPECT_THAT(Probe::connect(broker.uri("venue/attic"), options).status().message(),
+              HasSubstr("no probe has published"));
+  attic.say(attic.descriptor(7, 0));
+  attic.say_gone();
+  const Status gone = Probe::connect(broker.uri("venue/attic"), options).status();
+  EXPECT_EQ(gone.code(), StatusCode::unavailable);
+  EXPECT_THAT(gone.message(), HasSubstr("the probe has left venue/attic"));
+}
+
+TEST(MqttSource, AfterTheLastWillTheLightGrowsStaleUntilTheProbeIsBackWithAnotherClock) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  attic.say_alive();
+  ProbeOptions options = patient();
+  options.max_age = {500 * kMs};
+  const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), options);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  attic.say(attic.descriptor(1'000, 0));
+  ASSERT_TRUE(newest_becomes(*probe, 1'000));
+  attic.say_gone();
+  EXPECT_TRUE(comes_true("the link knows", [&] { return probe->stats().state == LinkState::gone; }));
+  EXPECT_TRUE(comes_true("the light is stale", [&] { return probe->latest().validity() == Validity::stale; }));
+  EXPECT_THAT(probe->stats().last_error, HasSubstr("has left"));
+  attic.say(attic.descriptor(1'001, 0));
+  attic.offset_ns = 5'000 * kMs - monotonic_now_ns();  // it rebooted: five seconds since
+  attic.say_alive();
+  EXPECT_TRUE(comes_true("it is followed again", [&] { return probe->stats().state == LinkState::connected; }));
+  EXPECT_EQ(probe->latest().descriptor().sequence, 1'000U) << "what nobody's clock dates is not taken";
+  attic.say(attic.descriptor(1, 10 * kMs));
+  ASSERT_TRUE(newest_becomes(*probe, 1));
+  EXPECT_LT(probe->latest().age().ns, 60'000 * kMs);
+  EXPECT_GE(probe->stats().reconnects, 1U);
+}
+
+TEST(MqttSource, ComesBackWhenTheBrokerDoes) {
+  Broker broker;
+  auto attic = std::make_unique<ProbeAtBroker>(broker);
+  attic->say_alive();
+  const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), patient());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  attic->say(attic->descriptor(1, 0));
+  ASSERT_TRUE(newest_becomes(*probe, 1));
+  broker.stop();
+  EXPECT_TRUE(comes_true("the loss is noticed", [&] { return probe->stats().state == LinkState::waiting; }));
+  EXPECT_EQ(probe->latest().descriptor().sequence, 1U) << "the last light stays";
+  broker.start();
+  attic = std::make_unique<ProbeAtBroker>(broker);
+  attic->say_alive();
+  EXPECT_TRUE(comes_true("the link is back", [&] { return probe->stats().state == LinkState::connected; }));
+  attic->say(attic->descriptor(2, 0));
+  EXPECT_TRUE(newest_becomes(*probe, 2));
+  EXPECT_EQ(probe->stats().reconnects, 1U);
+}
+
+TEST(MqttSource, ABrokerThatStallsIsSilenceAndEndsWithinASecond) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  attic.say_alive();
+  ProbeOptions options = patient();
+  options.silence_limit = {2'000 * kMs};
+  options.max_age = {500 * kMs};
+  std::optional<Probe> probe;
+  {
+    Result<Probe> made = Probe::connect(broker.uri("venue/attic"), options);
+    ASSERT_TRUE(made.ok()) << made.status().message();
+    probe.emplace(std::move(*made));
+  }
+  attic.say(attic.descriptor(1, 0));
+  ASSERT_TRUE(newest_becomes(*probe, 1));
+  broker.process().signal(SIGSTOP);
+  EXPECT_TRUE(comes_true("the silence is told", [&] { return probe->stats().state == LinkState::waiting; }));
+  EXPECT_THAT(probe->stats().last_error, HasSubstr("silent"));
+  EXPECT_EQ(probe->latest().validity(), Validity::stale);
+  const std::int64_t begin = monotonic_now_ns();
+  probe.reset();
+  EXPECT_LT(monotonic_now_ns() - begin, 1'500 * kMs);
+  broker.process().signal(SIGCONT);
+}
+
+TEST(MqttSource, AnObserverThatTakesItsTimeIsWaitedFor) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  attic.say_alive();
+  ProbeOptions options = patient();
+  std::atomic<int> begun{0}, ended{0};
+  options.on_descriptor = [&](const Arrival&) {
+    ++begun;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1'500));
+    ++ended;
+  };
+  {
+    const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), options);
+    ASSERT_TRUE(probe.ok()) << probe.status().message();
+    attic.say(attic.descriptor(1, 0));
+    ASSERT_TRUE(comes_true("it looks", [&] { return begun == 1; }));
+  }
+  EXPECT_EQ(ended, 1) << "nothing of ours runs when the probe is gone";
+}
+
+TEST(MqttSource, TakesNoCommands) {
+  Broker broker;
+  ProbeAtBroker attic(broker);
+  attic.say_alive();
+  Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), patient());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  for (const Status& refused : {probe->set_estimator({}), probe->report_lux(500, {0, 1, 0}).status()}) {
+    EXPECT_EQ(refused.code(), StatusCode::failed_precondition);
+    EXPECT_THAT(refused.message(), HasSubstr("grpc://"));
+  }
+}
+
+TEST(MqttSource, ComesInWithTlsAndAPasswordAndNotWithout) {
+  const Authority authority("venue"), other("elsewhere");
+  Broker broker({.tls = authority.sign("broker"), .client_ca = authority.certificate(), .users = {{"ann", "s3cret"}}});
+  const KeyPair own = authority.sign("headset");
+  ProbeOptions options = patient();
+  options.connect_timeout = {1'500 * kMs};
+  options.mqtt = {.ca_file = authority.certificate(),
+                  .certificate_file = own.certificate,
+                  .key_file = own.key,
+                  .user = "ann",
+                  .password = "s3cret"};
+  const auto said = [&](const ProbeOptions& o) {
+    return Probe::connect(broker.uri("venue/attic"), o).status().message();
+  };
+  // Nobody is there; but the broker let us look.
+  EXPECT_THAT(said(options), HasSubstr("no probe has published"));
+  ProbeOptions wrong = options;
+  wrong.mqtt.password = "guess";
+  EXPECT_THAT(said(wrong), HasSubstr("authori"));
+  wrong = options;
+  wrong.mqtt.ca_file = other.certificate();
+  EXPECT_THAT(said(wrong), HasSubstr("certificate verify failed"));
+  wrong = options;
+  wrong.mqtt.certificate_file = wrong.mqtt.key_file = {};
+  EXPECT_THAT(said(wrong), HasSubstr("a certificate of ours"));
+  wrong.mqtt.ca_file = "/no/such.pem";
+  EXPECT_THAT(said(wrong), HasSubstr("/no/such.pem"));
+}
+
+TEST(MqttSource, DoesNotTrustABrokerWhoseCertificateExpiredOrNamesAnother) {
+  const Authority authority("venue");
+  for (const KeyPair& bad :
+       {authority.sign("old", "IP:127.0.0.1", -1), authority.sign("other", "DNS:elsewhere.example")}) {
+    Broker broker({.tls = bad});
+    ProbeOptions options = patient();
+    options.connect_timeout = {1'500 * kMs};
+    options.mqtt.ca_file = authority.certificate();
+    EXPECT_THAT(Probe::connect(broker.uri("venue/attic"), options).status().message(),
+                HasSubstr("certificate verify failed"));
+  }
+}
+
+TEST(MqttSource, AnAddressOfNoSingleProbeIsRefusedAtOnce) {
+  for (const char* bad : {"mqtt://127.0.0.1/venue/+", "mqtt://127.0.0.1/#", "mqtt://127.0.0.1"})
+    EXPECT_EQ(Probe::connect(bad).status().code(), StatusCode::invalid_argument) << bad;
+  ProbeOptions options;
+  options.mqtt.password = "without a user";
+  EXPECT_EQ(Probe::connect("mqtt://127.0.0.1/a", options).status().code(), StatusCode::invalid_argument);
+}
+
+}  // namespace
+}  // namespace lightwell::test

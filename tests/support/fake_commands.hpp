@@ -1,0 +1,67 @@
+// What a link hands on, kept for a test to look at.
+#pragma once
+
+#include <lightwell/status.hpp>
+#include <mutex>
+#include <optional>
+
+namespace lightwell::test {
+
+/// Says who it is and keeps what it is asked.
+class FakeCommands : public Commands {
+ public:
+  StatusSnapshot status() const override {
+    StatusSnapshot s;
+    s.probe_name = "attic";
+    s.probe_id = 11;
+    s.calibration_id = 12;
+    s.version = "0.1.0";
+    s.camera = "fake camera";
+    // Each its own number, so that none is taken for another.
+    s.counters = {.frames = 5,
+                  .captures_dropped = 102,
+                  .brackets_incomplete = 103,
+                  .estimates = 104,
+                  .estimates_failed = 105,
+                  .descriptors_coalesced = 106,
+                  .clients = 107,
+                  .frames_recorded = 108,
+                  .recording_faults = 3,
+                  .frames_lost = 110,
+                  .setting_moves = 111,
+                  .estimates_late = 112,
+                  .estimates_late_at_fast = 113,
+                  .messages_refused = 114,
+                  .authentication_failures = 115};
+    s.T_world_probe = UncertainPose{{{0.6, 0, 0, 0.8}, {1, 2, 3}}, {}};
+    s.T_world_probe->covariance[0][0] = 1e-4;
+    s.T_world_probe->covariance[0][5] = s.T_world_probe->covariance[5][0] = 1e-5;
+    s.T_world_probe->covariance[5][5] = 1e-6;
+    return s;
+  }
+  EstimatorConfig estimator() const override {
+    const std::lock_guard lock(mutex_);
+    return config_;
+  }
+  Status set_estimator(const EstimatorConfig& config) override {
+    if (Status s = config.validate(); !s.ok()) return s;
+    const std::lock_guard lock(mutex_);
+    config_ = config;
+    return {};
+  }
+  Result<double> report_lux(double lux, Vec3d normal) override {
+    const std::lock_guard lock(mutex_);
+    lux_ = lux;
+    normal_ = normal;
+    return 2 * lux;
+  }
+
+  std::optional<double> lux_;
+  Vec3d normal_;
+
+ private:
+  mutable std::mutex mutex_;
+  EstimatorConfig config_;
+};
+
+}  // namespace lightwell::test

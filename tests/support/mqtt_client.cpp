@@ -1,0 +1,128 @@
+#include "support/mqtt_client.hpp"
+
+#include <cstdlib>
+#include <mosquitto.h>
+#include <mqtt_protocol.h>
+#include <utility>
+
+#include "support/wait.hpp"
+
+namespace lightwell::test {
+
+struct MqttClient::Callbacks {
+  static void connected(mosquitto* client, void* data, int reason, int, const mosquitto_property*) {
+    auto& self = *static_cast<MqttClient*>(data);
+    EXPECT_EQ(reason, 0) << mosquitto_reason_string(reason);
+    for (const std::string& topic : self.subscriptions_) mosquitto_subscribe(client, nullptr, topic.c_str(), 0);
+    if (self.subscriptions_.empty()) subscribed(client, data, 0, 0, nullptr, nullptr);
+  }
+  static void subscribed(mosquitto*, void* data, int, int, const int*, const mosquitto_property*) {
+    auto& self = *static_cast<MqttClient*>(data);
+    const std::lock_guard lock(self.mutex_);
+    ++self.subscribed_;
+  }
+  static void published(mosquitto*, void* data, int, int, const mosquitto_property*) {
+    auto& self = *static_cast<MqttClient*>(data);
+    const std::lock_guard lock(self.mutex_);
+    ++self.published_;
+  }
+  static void message(mosquitto*, void* data, const mosquitto_message* m, const mosquitto_property* properties) {
+    auto& self = *static_cast<MqttClient*>(data);
+    MqttNote note{m->topic,
+                  std::string(static_cast<const char*>(m->payload), static_cast<std::size_t>(m->payloadlen)),
+                  m->retain,
+                  {},
+                  {}};
+    char* topic = nullptr;
+    if (mosquitto_property_read_string(properties, MQTT_PROP_RESPONSE_TOPIC, &topic, false) != nullptr)
+      note.response_topic = topic;
+    std::free(topic);
+    void* bytes = nullptr;
+    std::uint16_t size = 0;
+    if (mosquitto_property_read_binary(properties, MQTT_PROP_CORRELATION_DATA, &bytes, &size, false) != nullptr)
+      note.correlation.assign(static_cast<const char*>(bytes), size);
+    std::free(bytes);
+    if (self.on_note_) self.on_note_(note);
+    const std::lock_guard lock(self.mutex_);
+    self.notes_.push_back(std::move(note));
+  }
+};
+
+MqttClient::MqttClient(int port, const std::vector<std::string>& subscriptions,
+                       std::function<void(const MqttNote&)> on_note)
+    : subscriptions_(subscriptions), on_note_(std::move(on_note)) {
+  mosquitto_lib_init();
+  client_ = mosquitto_new(nullptr, true, this);
+  mosquitto_int_option(client_, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
+  mosquitto_connect_v5_callback_set(client_, Callbacks::connected);
+  mosquitto_subscribe_v5_callback_set(client_, Callbacks::subscribed);
+  mosquitto_publish_v5_callback_set(client_, Callbacks::published);
+  mosquitto_message_v5_callback_set(client_, Callbacks::message);
+  EXPECT_EQ(mosquitto_connect(client_, "127.0.0.1", port, 60), MOSQ_ERR_SUCCESS);
+  EXPECT_EQ(mosquitto_loop_start(client_), MOSQ_ERR_SUCCESS);
+  const std::size_t wanted = subscriptions_.empty() ? 1 : subscriptions_.size();
+  EXPECT_TRUE(comes_true("the client has what it subscribes to", [&] {
+    const std::lock_guard lock(mutex_);
+    return subscribed_ >= wanted;
+  }));
+}
+
+MqttClient::~MqttClient() {
+  mosquitto_disconnect(client_);
+  mosquitto_loop_stop(client_, true);
+  mosquitto_destroy(client_);
+}
+
+void MqttClient::publish(const std::string& topic, const std::string& payload, Keep keep) {
+  publish(MqttNote{topic, payload, keep == Keep::retained, {}, {}});
+}
+
+int MqttClient::send(const MqttNote& note, int qos) {
+  mosquitto_property* properties = nullptr;
+  if (!note.response_topic.empty())
+    mosquitto_property_add_string(&properties, MQTT_PROP_RESPONSE_TOPIC, note.response_topic.c_str());
+  if (!note.correlation.empty())
+    mosquitto_property_add_binary(&properties, MQTT_PROP_CORRELATION_DATA, note.correlation.data(),
+                                  static_cast<std::uint16_t>(note.correlation.size()));
+  const int rc = mosquitto_publish_v5(client_, nullptr, note.topic.c_str(), static_cast<int>(note.payload.size()),
+                                      note.payload.data(), qos, note.retained, properties);
+  mosquitto_property_free_all(&properties);
+  return rc;
+}
+
+void MqttClient::publish(const MqttNote& note) {
+  const auto published = [&] {
+    const std::lock_guard lock(mutex_);
+    return published_;
+  };
+  const std::size_t before = published();
+  // QoS 1: it has come to the broker when this returns.
+  EXPECT_EQ(send(note, 1), MOSQ_ERR_SUCCESS);
+  EXPECT_TRUE(comes_true("the broker has taken it", [&] { return published() > before; }));
+}
+
+void MqttClient::flood(const MqttNote& note, std::size_t times) {
+  for (std::size_t i = 0; i < times; ++i) EXPECT_EQ(send(note, 0), MOSQ_ERR_SUCCESS);
+}
+
+std::vector<MqttNote> MqttClient::notes() const {
+  const std::lock_guard lock(mutex_);
+  return notes_;
+}
+
+std::optional<MqttNote> MqttClient::newest(const std::string& topic) const {
+  EXPECT_TRUE(comes_true("something comes on " + topic, [&] { return count(topic) > 0; }));
+  const std::lock_guard lock(mutex_);
+  for (auto note = notes_.rbegin(); note != notes_.rend(); ++note)
+    if (note->topic == topic) return *note;
+  return std::nullopt;
+}
+
+std::size_t MqttClient::count(const std::string& topic) const {
+  const std::lock_guard lock(mutex_);
+  std::size_t n = 0;
+  for (const MqttNote& note : notes_) n += note.topic == topic ? 1U : 0U;
+  return n;
+}
+
+}  // namespace lightwell::test
