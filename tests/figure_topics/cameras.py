@@ -5,7 +5,7 @@ import subprocess
 
 from figure_topics.rows import at_least, at_most, equals, reported
 
-TARGETS = ["measure_geometry", "measure_models", "measure_photometry", "calibrate_geometry_test", "mounting_test", "tag_detector_test",
+TARGETS = ["measure_geometry", "measure_models", "measure_photometry", "measure_converters", "calibrate_geometry_test", "mounting_test", "tag_detector_test",
            "calibration_test", "geometry_test", "v4l2_test", "v4l2_conformance_test", "v4l2_device_test", "libcamera_values_test",
            "libcamera_backend_test", "libcamera_system_test"]
 
@@ -54,7 +54,7 @@ def geometry(programs, say):
             # It goes with xi, and only the two together are known well: README of geometry.
             rows.append(reported(f"{name}: focal length, median", percent(get("focal.median")), "%", SIGHTINGS))
     pair = lambda figure: values.get(f"geometry.pair.{figure}")
-    real = "simulated sightings of four boards, 40 captures, 0.2 px, 25 seeds"
+    real = "simulated sightings of four boards, 40 captures, 0.2 px, 100 seeds"
     rows.append(equals("pair: calibrations that failed", 0, pair("failed"), "", real))
     rows.append(at_most("pair: T_lens1_lens0, turn, largest", 0.1, pair("turn_deg.largest"), "deg", real))
     rows.append(at_most("pair: T_lens1_lens0, translation, largest", 1, pair("shift_mm.largest"), "mm", real))
@@ -92,6 +92,18 @@ def photometry(programs, say):
     return rows
 
 
+def converters(programs, say):
+    """What the v4l2 backend does to a buffer on the way; raw, YUYV and NV12 are lent as they are and cost nothing."""
+    panorama = os.path.join(os.environ["LIGHTWELL_PANORAMA_DIR"], "interior.exr")
+    rows = []
+    for figure, item in lines_of([programs / "measure_converters", panorama], say).items():
+        real = f"real converter, 1280x960; {item['ms']:.3g} ms, memcpy {item['memcpy_gb_per_s']:.3g} GB/s, {item['bytes'] / 1000:.0f} kB"
+        rows.append(reported(f"time by memcpy's of the picture, {figure}", item["value"], "", real))
+    if not rows:
+        rows.append(reported("time by memcpy's of the picture, converters", None, "", "did not run"))
+    return rows
+
+
 def skipped(counts):
     """Of the conformance suite, checks that do not apply to a camera; elsewhere there are none."""
     return sum(test.get("result") == "SKIPPED" for suite in counts["testsuites"] for test in suite["testsuite"])
@@ -117,4 +129,4 @@ def programs_pass(build, say):
 
 
 def measure(programs, say):
-    return geometry(programs, say) + models(programs, say) + photometry(programs, say) + programs_pass(programs.parent, say)
+    return geometry(programs, say) + models(programs, say) + photometry(programs, say) + converters(programs, say) + programs_pass(programs.parent, say)

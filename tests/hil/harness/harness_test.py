@@ -1,0 +1,220 @@
+#!/usr/bin/env python3
+"""The harness, on boards and tests that are none."""
+
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from contextlib import ExitStack
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT))
+
+from hil.harness import locks, order, report, roster, runner, waits  # noqa: E402
+
+SMALL = """
+board { name: "box" qemu { cpus: 2 } }
+camera { name: "eye" uri: "v4l2:/dev/video0" }
+link { name: "wire" scheme: "grpc" }
+test { name: "a.b" what: "x" board: "box" camera: "eye" link: "wire" limit_s: 3 }
+"""
+
+
+class Locks(unittest.TestCase):
+    def test_one_at_a_time_and_the_holder_is_named(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            where = Path(folder)
+            with locks.held("box", 1, where):
+                with self.assertRaisesRegex(waits.TimedOut, "box, which process [0-9]+ since"):
+                    with locks.held("box", 0.05, where):
+                        self.fail("two hold it")
+                with locks.held("other", 0.05, where):
+                    pass
+            with locks.held("box", 0.05, where):
+                pass
+
+    def test_who_waits_gets_it(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            got = threading.Event()
+
+            def second() -> None:
+                with locks.held("box", 10, Path(folder)):
+                    got.set()
+
+            with locks.held("box", 1, Path(folder)):
+                thread = threading.Thread(target=second)
+                thread.start()
+                time.sleep(0.05)
+                self.assertFalse(got.is_set())
+            thread.join()
+            self.assertTrue(got.is_set())
+
+
+class TheRoster(unittest.TestCase):
+    def refusal(self, text: str) -> str:
+        with self.assertRaises(roster.RosterError) as caught:
+            roster.parse(text, "r.textproto")
+        return str(caught.exception)
+
+    def test_ours_can_be_run(self) -> None:
+        ours = roster.load()
+        for test in ours.test:
+            self.assertTrue(callable(runner.case_of(test)), test.name)
+        self.assertTrue(any(test.short for test in ours.test))
+
+    def test_what_cannot_be_run_is_named(self) -> None:
+        roster.parse(SMALL, "r")
+        self.assertIn("r.textproto:2:", self.refusal(SMALL.replace("cpus", "cups")))
+        self.assertIn("camera 'nose'; there are eye", self.refusal(SMALL.replace('camera: "eye"', 'camera: "nose"')))
+        self.assertIn("board ''", self.refusal(SMALL.replace('board: "box"', "")))
+        self.assertIn("no limit_s", self.refusal(SMALL.replace("limit_s: 3", "")))
+        self.assertIn("FILE.FUNCTION", self.refusal(SMALL.replace("a.b", "ab")))
+        self.assertIn("a name of its own", self.refusal(SMALL + 'board { name: "box" qemu {} }'))
+        self.assertIn("of no kind", self.refusal(SMALL.replace("qemu { cpus: 2 }", "")))
+        self.assertIn("no test", self.refusal('board { name: "box" qemu {} }'))
+
+
+class Order(unittest.TestCase):
+    tests = [SimpleNamespace(name=f"t.{i}", board="ab"[i % 2], fresh_board=i < 4) for i in range(20)]
+
+    def names(self, seed: int) -> list[str]:
+        return [test.name for test in order.shuffled(self.tests, seed)]
+
+    def test_is_another_for_another_seed_and_the_same_for_the_same(self) -> None:
+        self.assertEqual(self.names(5), self.names(5))
+        self.assertGreater(len({tuple(self.names(seed)) for seed in range(10)}), 8)
+        self.assertEqual(sorted(self.names(5)), sorted(test.name for test in self.tests))
+
+    def test_keeps_boards_together_and_fresh_ones_last(self) -> None:
+        for seed in range(10):
+            boards = [test.board for test in order.shuffled(self.tests, seed)]
+            self.assertEqual(sum(1 for a, b in zip(boards, boards[1:]) if a != b), 1)
+            for board in "ab":
+                fresh = [t.fresh_board for t in order.shuffled(self.tests, seed) if t.board == board]
+                self.assertEqual(fresh, sorted(fresh))
+
+
+class Reports(unittest.TestCase):
+    def test_a_figure_holds_where_it_is_as_asked(self) -> None:
+        for asked, measured, holds in [("<= 3", 3, True), ("<= 3", 3.1, False), (">= 30", 29.9, False), ("== 0", 0, True),
+                                       ("== 0", 1, False), ("", 1e9, True), ("<= 3", float("nan"), False),
+                                       (">= 3", float("nan"), False), ("== same", "same", True), ("== same", "other", False)]:
+            self.assertEqual(report.Figure("f", measured, "", asked).holds, holds, (asked, measured))
+        with self.assertRaises(KeyError):
+            _ = report.Figure("f", 1, "", "about 3").holds
+
+    def test_a_result_is_good_only_whole(self) -> None:
+        good = [report.Figure("f", 1)]
+        self.assertTrue(report.Result("t", "c", 1, good).good)
+        self.assertFalse(report.Result("t", "c", 1, []).good)
+        self.assertFalse(report.Result("t", "c", 1, good, trouble="x").good)
+        self.assertFalse(report.Result("t", "c", 1, good, skipped="no QEMU").good)
+        self.assertFalse(report.Result("t", "c", 1, [*good, report.Figure("f", 4, "", "<= 3")]).good)
+
+    def test_an_entry_without_a_run_of_this_commit_is_stale(self) -> None:
+        tests = [SimpleNamespace(name=name) for name in ("never", "old", "bad", "skipped", "good")]
+        good = [report.Figure("f", 1)]
+        results = {"old": report.Result("old", "before", 1, good), "bad": report.Result("bad", "now", 1, good, "broke"),
+                   "skipped": report.Result("skipped", "now", 1, [], skipped="no QEMU"),
+                   "good": report.Result("good", "now", 1, good)}
+        told = report.stale(tests, results, "now")
+        self.assertEqual([line.split(":")[0] for line in told], ["never", "old", "bad", "skipped"])
+
+    def test_is_kept_and_shown(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "deep" / "hil.json"
+            self.assertEqual(report.load(path), {})
+            results = {"a.b": report.Result("a.b", "c", 2, [report.Figure("rate", 29, "frames/s", ">= 30")])}
+            report.save(results, path)
+            self.assertEqual(report.load(path), results)
+            self.assertEqual(list(path.parent.iterdir()), [path])
+        text = report.markdown(roster.parse(SMALL, "r"), results, {"seed": "5"})
+        self.assertIn("## a.b: FAILED", text)
+        self.assertIn("| rate | >= 30 | 29 frames/s | **no** |", text)
+        self.assertIn("## a.b: not run", report.markdown(roster.parse(SMALL, "r"), {}, {}))
+
+
+class Runs(unittest.TestCase):
+    """Tests are functions here; boards are numbers that count up."""
+
+    def setUp(self) -> None:
+        self.started: list[int] = []
+        self.ended: list[int] = []
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def start(self, _: Any, stack: ExitStack) -> int:
+        number = len(self.started)
+        self.started.append(number)
+        stack.callback(lambda: self.ended.append(number))
+        return number
+
+    def run_them(self, **cases: Any) -> dict[str, report.Result]:
+        tests = [SimpleNamespace(name=name, what="", board="box", limit_s=1, fresh_board=name.startswith("fresh"))
+                 for name in cases]
+        heard: list[report.Result] = []
+        results = runner.run(tests, {"box": None}, self.start, seed=1, commit="c", lock_limit_s=1, finished=heard.append,
+                             case=lambda test: cases[test.name], lock_folder=Path(self.folder.name))
+        self.assertEqual(results, heard)
+        self.assertEqual(self.started, self.ended, "every board that was started was ended")
+        return {result.test: result for result in results}
+
+    @staticmethod
+    def well(_: Any, __: Any, measured: runner.Measured) -> None:
+        measured.figure("f", 1, "", "<= 2")
+
+    def test_that_go_well_share_a_board(self) -> None:
+        results = self.run_them(a=self.well, b=self.well, c=self.well)
+        self.assertTrue(all(result.good for result in results.values()))
+        self.assertEqual(len(self.started), 1)
+
+    def test_whatever_goes_wrong_is_told_and_the_next_is_run_on_a_new_board(self) -> None:
+        def breaks(*_: Any) -> None:
+            raise runner.Broken("the light is wrong")
+
+        def stumbles(*_: Any) -> None:
+            raise KeyError("typing mistake")
+
+        def hangs(*_: Any) -> None:
+            time.sleep(60)
+
+        def cannot(*_: Any) -> None:
+            raise runner.CannotRun("there is no camera")
+
+        def idle(*_: Any) -> None:
+            pass
+
+        results = self.run_them(breaks=breaks, stumbles=stumbles, hangs=hangs, cannot=cannot, idle=idle, well=self.well)
+        self.assertEqual(results["breaks"].trouble, "the light is wrong")
+        self.assertIn("typing mistake", results["stumbles"].trouble)
+        self.assertIn("took longer than its 1 s", results["hangs"].trouble)
+        self.assertEqual(results["cannot"].skipped, "there is no camera")
+        self.assertEqual(results["idle"].trouble, "it measured nothing")
+        self.assertEqual([name for name, result in results.items() if result.good], ["well"])
+        self.assertGreaterEqual(len(self.started), 3)
+
+    def test_fresh_boards_are_for_one_test_alone(self) -> None:
+        boards: list[int] = []
+
+        def looks(board: int, _: Any, measured: runner.Measured) -> None:
+            boards.append(board)
+            measured.figure("f", 1)
+
+        self.run_them(fresh_a=looks, fresh_b=looks, c=looks)
+        self.assertEqual(len(set(boards)), 3)
+
+    def test_a_board_that_does_not_start_fails_its_tests(self) -> None:
+        def broken_start(_: Any, __: ExitStack) -> None:
+            raise waits.TimedOut("waited 90 s for the board to boot, in vain")
+
+        self.start = broken_start  # type: ignore[method-assign]
+        results = self.run_them(a=self.well, b=self.well)
+        self.assertTrue(all("to boot" in result.trouble for result in results.values()))
+
+
+if __name__ == "__main__":
+    unittest.main()

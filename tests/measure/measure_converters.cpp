@@ -1,0 +1,125 @@
+// Times what the v4l2 backend does to a driver's buffer before it is a picture of ours, beside memcpy of that picture in the
+// same run: 1280x960 of a real room through a fisheye. One JSON object a line for tests/figures: figure, value (time by that
+// of memcpy), ms, memcpy_gb_per_s, bytes (of the driver's picture).
+//   measure_converters PANORAMA
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <jpeglib.h>  // Wants <cstdio> before it.
+#include <linux/videodev2.h>
+#include <string>
+#include <vector>
+
+#include "camera/backends/v4l2/converter.hpp"
+#include "measure/shots.hpp"
+#include "sim/panorama.hpp"
+#include "sim/rigs.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+constexpr int kWidth = 1280, kHeight = 960;
+/// More than any cache holds, and so many passes that each buffer has a good moment.
+constexpr std::size_t kBuffers = 32;
+constexpr int kPasses = 5;
+/// A webcam's usual choice, and coded as webcams do: colours of two pixels beside each other are one.
+constexpr int kJpegQuality = 85;
+
+[[noreturn]] void fail(const std::string& what) {
+  std::fprintf(stderr, "measure_converters: %s\n", what.c_str());
+  std::exit(1);
+}
+
+double seconds_of(auto&& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+std::vector<std::byte> motion_jpeg(std::span<const std::byte> rgb) {
+  jpeg_compress_struct jpeg{};
+  jpeg_error_mgr errors{};
+  jpeg.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&jpeg);
+  unsigned char* out = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&jpeg, &out, &size);
+  jpeg.image_width = kWidth;
+  jpeg.image_height = kHeight;
+  jpeg.input_components = 3;
+  jpeg.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&jpeg);
+  jpeg_set_quality(&jpeg, kJpegQuality, TRUE);
+  jpeg.comp_info[0].h_samp_factor = 2;
+  jpeg.comp_info[0].v_samp_factor = 1;
+  jpeg_start_compress(&jpeg, TRUE);
+  std::vector<unsigned char> row(3UL * kWidth);
+  for (std::size_t y = 0; y < kHeight; ++y) {
+    std::memcpy(row.data(), rgb.data() + y * row.size(), row.size());
+    JSAMPROW rows[] = {row.data()};
+    jpeg_write_scanlines(&jpeg, rows, 1);
+  }
+  jpeg_finish_compress(&jpeg);
+  const auto* bytes = reinterpret_cast<const std::byte*>(out);
+  std::vector<std::byte> coded(bytes, bytes + size);
+  jpeg_destroy_compress(&jpeg);
+  std::free(out);
+  return coded;
+}
+
+/// Of a picture of noise: what is unpacked costs the same whatever it shows.
+std::vector<std::byte> noise(std::size_t bytes) {
+  std::vector<std::byte> all(bytes);
+  std::uint32_t state = 1;
+  for (std::byte& b : all) b = static_cast<std::byte>((state = state * 1664525U + 1013904223U) >> 24);
+  return all;
+}
+
+void measure_one(const char* name, std::uint32_t fourcc, std::size_t bytes_per_line, const std::vector<std::byte>& driver) {
+  const v4l2::Encoding* encoding = v4l2::encoding_of(fourcc);
+  if (encoding == nullptr) fail(std::string(name) + " is no encoding");
+  const auto layout = v4l2::layout_of(*encoding, kWidth, kHeight, bytes_per_line, driver.size(), false);
+  if (!layout) fail(layout.status().message());
+  v4l2::Converter converter(*encoding, *layout);
+  const std::vector<std::vector<std::byte>> from(kBuffers, driver);
+  std::vector<std::vector<std::byte>> to(kBuffers, std::vector<std::byte>(layout->picture_bytes));
+  std::vector<double> converting(kBuffers, 1e9), copying(kBuffers, 1e9);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    for (std::size_t k = 0; k < kBuffers; ++k)
+      converting[k] = std::min(converting[k], seconds_of([&] {
+        if (!converter.convert(from[k], to[k])) fail(std::string(name) + ": no whole picture");
+      }));
+    for (std::size_t k = 0; k < kBuffers; ++k)
+      copying[k] = std::min(copying[k], seconds_of([&] { std::memcpy(to[(k + 1) % kBuffers].data(), to[k].data(), to[k].size()); }));
+  }
+  double convert_s = 0, copy_s = 0;
+  for (std::size_t k = 0; k < kBuffers; ++k) convert_s += converting[k] / kBuffers, copy_s += copying[k] / kBuffers;
+  std::printf("{\"figure\": \"convert.%s\", \"value\": %.4g, \"ms\": %.4g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %zu}\n", name,
+              convert_s / copy_s, 1e3 * convert_s, static_cast<double>(layout->picture_bytes) / copy_s * 1e-9, driver.size());
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return std::fprintf(stderr, "usage: measure_converters PANORAMA\n"), 2;
+  Result<sim::Panorama> panorama = sim::load_panorama(argv[1]);
+  if (!panorama) fail(panorama.status().message());
+  const sim::Scene scene(std::move(*panorama));
+  const Result<RigParameters> rig = sim::make_rig("single", kWidth, kHeight, PixelFormat::rgb8);
+  if (!rig) fail(rig.status().message());
+  measure::Camera camera(*rig, PixelFormat::rgb8);
+  const measure::LensRadiance seen = camera.render(scene, scene.state_at(0));
+  // The middle one of a bracket is a picture as a webcam would expose it.
+  const std::vector<double> exposures = camera.bracket_of_three(measure::peak_of(seen), measure::mean_of(seen));
+  const measure::Shot shot = camera.develop(seen, exposures, 0);
+
+  constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
+  measure_one("packed10", V4L2_PIX_FMT_SRGGB10P, kWidth * 5 / 4, noise(kPixels * 5 / 4));
+  measure_one("packed12", V4L2_PIX_FMT_SRGGB12P, kWidth * 3 / 2, noise(kPixels * 3 / 2));
+  measure_one("grey", V4L2_PIX_FMT_GREY, kWidth, noise(kPixels));
+  measure_one("mjpeg", V4L2_PIX_FMT_MJPEG, 0, motion_jpeg(shot.pixels[1]));
+}

@@ -1,0 +1,158 @@
+// A day of a probe in minutes: as many descriptors as 30 a second make in 24 hours go from a real publisher over real gRPC to
+// real clients, one of which stays and others of which come and go; stamps advance by a thirtieth of a second each. Prints
+// what the process holds in the first three hours at most, at the end, and at most in between: one JSON object a line for
+// tests/figures (figure, value).
+//   measure_day [--hours H] [--links grpc]      24 hours
+//     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads...; received, coalesced, reconnects
+#include <dirent.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <lightwell/probe.hpp>
+#include <lightwell/status.hpp>
+
+#include "link/grpc/grpc_link.hpp"
+#include "link/publisher.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+constexpr double kRate = 30;
+constexpr int kMinutesBetweenClients = 10;
+
+[[noreturn]] void fail(const std::string& what) {
+  std::fprintf(stderr, "measure_day: %s\n", what.c_str());
+  std::exit(1);
+}
+
+std::size_t entries_of(const char* folder) {
+  DIR* d = ::opendir(folder);
+  if (d == nullptr) fail(std::string(folder) + " cannot be read");
+  std::size_t n = 0;
+  while (::readdir(d) != nullptr) ++n;
+  ::closedir(d);
+  return n;
+}
+
+struct Held {
+  double rss_kb = 0, fds = 0, threads = 0;
+
+  static Held now() {
+    std::ifstream statm("/proc/self/statm");
+    double pages = 0, resident = 0;
+    statm >> pages >> resident;
+    return {resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1024, static_cast<double>(entries_of("/proc/self/fd")),
+            static_cast<double>(entries_of("/proc/self/task"))};
+  }
+  [[nodiscard]] Held largest(const Held& o) const {
+    return {std::max(rss_kb, o.rss_kb), std::max(fds, o.fds), std::max(threads, o.threads)};
+  }
+  void print(const char* when) const {
+    std::printf("{\"figure\": \"rss_kb.%s\", \"value\": %.0f}\n{\"figure\": \"fds.%s\", \"value\": %.0f}\n"
+                "{\"figure\": \"threads.%s\", \"value\": %.0f}\n",
+                when, rss_kb, when, fds, when, threads);
+  }
+};
+
+void print(const char* figure, double value) { std::printf("{\"figure\": \"%s\", \"value\": %.0f}\n", figure, value); }
+
+/// A probe without a camera.
+class NoCommands final : public Commands {
+ public:
+  [[nodiscard]] StatusSnapshot status() const override {
+    StatusSnapshot s;
+    s.probe_name = "day";
+    s.version = "0";
+    return s;
+  }
+  [[nodiscard]] EstimatorConfig estimator() const override { return {}; }
+  [[nodiscard]] Status set_estimator(const EstimatorConfig&) override { return {}; }
+  [[nodiscard]] Result<double> report_lux(double, Vec3d) override { return 1.0; }
+};
+
+/// The sun goes round, lamps come and go, and so do bands.
+Descriptor at_frame(std::uint64_t n) {
+  Descriptor d;
+  d.sequence = n;
+  d.time.mid_exposure.ns = static_cast<std::int64_t>(static_cast<double>(n) / kRate * 1e9);
+  d.radiance.band = static_cast<int>(n / 1000 % 7);
+  for (int i = 0; i < d.radiance.count(); ++i) {
+    const float v = i == 0 ? 3.0F : 0.2F * std::sin(static_cast<float>(i) + 1e-4F * static_cast<float>(n % 62832));
+    d.radiance.c[static_cast<std::size_t>(i)] = {v, v, v};
+  }
+  for (std::uint64_t k = 0; k < n / 500 % 9; ++k) {
+    Light light;
+    const float t = 1e-4F * static_cast<float>(n % 62832) + static_cast<float>(k);
+    light.direction = {std::cos(t), 0, std::sin(t)};
+    light.irradiance = {5, 4, 3};
+    light.angular_radius_rad = 0.01F;
+    light.track = static_cast<std::uint32_t>(k + 1);
+    d.lights.push_back(light);
+  }
+  d.probe_id = 1;
+  return d;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  double hours = 24;
+  if (argc == 3 && std::strcmp(argv[1], "--hours") == 0) hours = std::atof(argv[2]);
+  if ((argc != 1 && argc != 3) || !(hours >= 4)) return std::fprintf(stderr, "usage: measure_day [--hours H], at least 4\n"), 2;
+
+  NoCommands commands;
+  Publisher publisher;
+  publisher.add(make_grpc_link({.listen = "127.0.0.1:0"}, "day", commands));
+  if (const Status s = publisher.start(); !s.ok()) fail(s.message());
+  const std::string uri = publisher.links()[0]->address();
+  const Result<Probe> stays = Probe::connect(uri);
+  if (!stays) fail(stays.status().message());
+
+  const auto frames = static_cast<std::uint64_t>(hours * 3600 * kRate);
+  const auto hour = static_cast<std::uint64_t>(3600 * kRate), visit = static_cast<std::uint64_t>(60 * kMinutesBetweenClients * kRate);
+  std::optional<Probe> visitor;
+  // Pools fill, and gRPC starts and ends threads of its pool with its load.
+  constexpr std::uint64_t kSettling = 3;
+  Held settled, half, most;
+  for (std::uint64_t n = 1; n <= frames; ++n) {
+    Descriptor d = at_frame(n);
+    if (const Status s = publisher.publish(d); !s.ok()) fail(s.message());
+    (void)stays->latest().irradiance({0, 1, 0});
+    // So that the links' own threads have their turn: what they fall behind by is coalesced, not kept.
+    if (n % 64 == 0) std::this_thread::yield();
+    if (n % visit == 0) {
+      visitor.reset();
+      Result<Probe> next = Probe::connect(uri);
+      if (!next) fail(next.status().message());
+      visitor = std::move(*next);
+    }
+    if (n % hour != 0) continue;
+    const Held now = Held::now();
+    if (n <= kSettling * hour) settled = settled.largest(now);
+    if (n / hour == static_cast<std::uint64_t>(hours / 2)) half = now;
+    most = most.largest(now);
+    std::fprintf(stderr, "measure_day: hour %llu, %.0f kB\n", static_cast<unsigned long long>(n / hour), now.rss_kb);
+  }
+  settled.print("settled");
+  half.print("half");
+  most.print("largest");
+  Held::now().print("last");
+  print("published", static_cast<double>(frames));
+  print("received", static_cast<double>(stays->stats().received));
+  print("coalesced", static_cast<double>(publisher.counters().coalesced));
+  print("reconnects", static_cast<double>(stays->stats().reconnects));
+  visitor.reset();
+  publisher.stop();
+  return 0;
+}

@@ -1,0 +1,139 @@
+// How old a descriptor is when latest() has it: clients of a running lightwelld on this machine, some of which never read.
+// One JSON object a line for tests/figures: p50, p99, largest (ms, over all clients that read, from the bytes being made to
+// latest()), received, gaps, and of the probe over the same time: frames, captures_dropped, coalesced.
+//   measure_latency URI [--clients N] [--stalled N] [--seconds S] [--repeats N]
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <lightwell/probe.hpp>
+#include <lightwell/v1/probe_service.grpc.pb.h>
+
+#include "bench/memcpy_speed.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+[[noreturn]] void fail(const std::string& what) {
+  std::fprintf(stderr, "measure_latency: %s\n", what.c_str());
+  std::exit(1);
+}
+
+/// A stream that is opened and never read.
+class Stalled {
+ public:
+  explicit Stalled(const std::string& host_port) {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    // Room for a few descriptors and no more: it stalls within the second, not after 64 kB.
+    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    stub_ = v1::ProbeService::NewStub(grpc::CreateCustomChannel(host_port, grpc::InsecureChannelCredentials(), arguments));
+    stream_ = stub_->StreamDescriptors(&context_, {});
+  }
+  ~Stalled() {
+    context_.TryCancel();
+    v1::LightingDescriptor rest;
+    while (stream_->Read(&rest)) {
+    }
+    (void)stream_->Finish();
+  }
+
+ private:
+  grpc::ClientContext context_;
+  std::unique_ptr<v1::ProbeService::Stub> stub_;
+  std::unique_ptr<grpc::ClientReader<v1::LightingDescriptor>> stream_;
+};
+
+/// What one client's reader thread notes.
+struct Client {
+  std::mutex mutex;
+  std::vector<double> latency_ms;
+};
+
+double quantile(std::vector<double>& sorted, double share) {
+  return sorted.empty() ? 0 : sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+}
+
+/// As the probe says itself; it is asked about once a second.
+Counters settled_counters(const Probe& probe) {
+  std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+  return probe.info().counters;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int clients = 1, stalled = 0, repeats = 1;
+  double seconds = 5;
+  std::string uri = argc > 1 ? argv[1] : "";
+  for (int i = 2; i + 1 < argc; i += 2) {
+    if (std::strcmp(argv[i], "--clients") == 0) clients = std::atoi(argv[i + 1]);
+    else if (std::strcmp(argv[i], "--stalled") == 0) stalled = std::atoi(argv[i + 1]);
+    else if (std::strcmp(argv[i], "--repeats") == 0) repeats = std::atoi(argv[i + 1]);
+    else if (std::strcmp(argv[i], "--seconds") == 0) seconds = std::atof(argv[i + 1]);
+    else uri.clear();
+  }
+  if (!uri.starts_with("grpc://") || argc % 2 != 0 || clients < 1)
+    return std::fprintf(stderr, "usage: measure_latency grpc://HOST:PORT [--clients N] [--stalled N] [--seconds S] [--repeats N]\n"), 2;
+  const double memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
+
+  std::atomic<bool> counting{false};
+  std::vector<std::unique_ptr<Client>> notes;
+  std::vector<Probe> probes;
+  for (int i = 0; i < clients; ++i) {
+    Client* mine = notes.emplace_back(std::make_unique<Client>()).get();
+    mine->latency_ms.reserve(100'000);
+    ProbeOptions options;
+    options.connect_timeout = Duration::from_seconds(20);
+    options.on_descriptor = [mine, &counting](const Arrival& a) {
+      if (!counting) return;
+      // The probe's clock is this machine's: no map between them blurs what is measured.
+      const std::int64_t made_ns = a.descriptor.time.mid_exposure.ns + a.descriptor.time.encoded_after.ns;
+      const std::lock_guard lock(mine->mutex);
+      mine->latency_ms.push_back(1e-6 * static_cast<double>(a.stored.ns - made_ns));
+    };
+    Result<Probe> probe = Probe::connect(uri, options);
+    if (!probe) fail(probe.status().message());
+    probes.push_back(std::move(*probe));
+  }
+  std::vector<std::unique_ptr<Stalled>> rude;
+  for (int i = 0; i < stalled; ++i) rude.push_back(std::make_unique<Stalled>(uri.substr(std::strlen("grpc://"))));
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    const Counters before = settled_counters(probes[0]);
+    std::uint64_t gaps_before = 0, gaps = 0;
+    for (const Probe& p : probes) gaps_before += p.stats().gaps;
+    counting = true;
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+    counting = false;
+    const Counters after = settled_counters(probes[0]);
+    std::vector<double> all;
+    for (const auto& note : notes) {
+      const std::lock_guard lock(note->mutex);
+      all.insert(all.end(), note->latency_ms.begin(), note->latency_ms.end());
+      note->latency_ms.clear();
+    }
+    for (const Probe& p : probes) gaps += p.stats().gaps;
+    std::sort(all.begin(), all.end());
+    std::printf("{\"figure\": \"latency.%d.%d\", \"p50\": %.4g, \"p99\": %.4g, \"largest\": %.4g, \"received\": %zu, \"gaps\": %llu, "
+                "\"frames\": %llu, \"captures_dropped\": %llu, \"coalesced\": %llu, \"memcpy_gb_per_s\": %.3g}\n",
+                clients, stalled, quantile(all, 0.5), quantile(all, 0.99), all.empty() ? 0 : all.back(), all.size(),
+                static_cast<unsigned long long>(gaps - gaps_before), static_cast<unsigned long long>(after.frames - before.frames),
+                static_cast<unsigned long long>(after.captures_dropped - before.captures_dropped),
+                static_cast<unsigned long long>(after.descriptors_coalesced - before.descriptors_coalesced), memcpy_gb_per_s);
+    std::fflush(stdout);
+  }
+  return 0;
+}

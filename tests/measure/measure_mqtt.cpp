@@ -1,0 +1,360 @@
+// How many descriptors a second one Mosquitto brings to many subscribers at QoS 0, and how late: the rate is raised in
+// steps until messages are lost or late. Publisher and all subscribers are this one process, so that one clock times
+// both ends. One JSON object a line for tests/figures: figure, value. Latency is from the call that publishes to the
+// subscriber's callback.
+//   measure_mqtt [--subscribers 1000] [--seconds 5] [--bytes 213] [--rates 1,2,5,10,...]
+// The knee is the highest step up to which all steps kept what is said at kDelivered and kLate.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <mosquitto.h>
+#include <mqtt_protocol.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+#include <netinet/in.h>
+#include <sys/epoll.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+
+#include <lightwell/time.hpp>
+
+#include "support/loopback.hpp"
+
+extern char** environ;
+
+namespace {
+
+using lightwell::monotonic_now_ns;
+
+constexpr double kDelivered = 0.999;
+/// A frame and a half at 30 a second: later than that, the next descriptor is there.
+constexpr double kLateMs = 50;
+constexpr const char* kTopic = "venue/probe/descriptor";
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+struct Options {
+  int subscribers = 1000;
+  double seconds = 5;
+  /// Of a descriptor of a real panorama, at most, without a map: README.md.
+  std::size_t bytes = 213;
+  std::vector<double> rates = {1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 130, 170, 220, 300, 400};
+};
+
+[[noreturn]] void fail(const std::string& what) {
+  std::fprintf(stderr, "measure_mqtt: %s\n", what.c_str());
+  std::exit(1);
+}
+
+void print(const std::string& figure, double value) {
+  if (std::isfinite(value))
+    std::printf("{\"figure\": \"%s\", \"value\": %.6g}\n", figure.c_str(), value);
+  else
+    std::printf("{\"figure\": \"%s\", \"value\": null}\n", figure.c_str());
+  std::fflush(stdout);
+}
+
+/// A Mosquitto of our own.
+class Broker {
+ public:
+  Broker() {
+    const int s = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address = lightwell::test::loopback(0);
+    socklen_t size = sizeof address;
+    if (::bind(s, reinterpret_cast<const sockaddr*>(&address), size) != 0) fail("no free port");
+    ::getsockname(s, reinterpret_cast<sockaddr*>(&address), &size);
+    ::close(s);
+    port_ = ntohs(address.sin_port);
+    file_ = (std::string(std::getenv("TMPDIR") != nullptr ? std::getenv("TMPDIR") : "/tmp") + "/measure_mqtt_" +
+             std::to_string(::getpid()) + ".conf");
+    std::ofstream(file_) << "listener " << port_
+                         << " 127.0.0.1\nallow_anonymous true\nset_tcp_nodelay true\nlog_type none\n";
+    std::array<const char*, 4> argv{LIGHTWELL_MOSQUITTO, "-c", file_.c_str(), nullptr};
+    if (::posix_spawn(&pid_, argv[0], nullptr, nullptr, const_cast<char* const*>(argv.data()), environ) != 0)
+      fail(std::string("cannot start ") + argv[0]);
+    for (int i = 0; i < 500; ++i) {
+      const int c = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      const bool there = ::connect(c, reinterpret_cast<const sockaddr*>(&address), size) == 0;
+      ::close(c);
+      if (there) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    fail("the broker does not listen");
+  }
+  Broker(const Broker&) = delete;
+  Broker& operator=(const Broker&) = delete;
+  ~Broker() {
+    ::kill(pid_, SIGTERM);
+    ::waitpid(pid_, nullptr, 0);
+    ::unlink(file_.c_str());
+  }
+
+  [[nodiscard]] int port() const { return port_; }
+  /// Processor time so far, s.
+  [[nodiscard]] double cpu_s() const {
+    std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
+    std::string text((std::istreambuf_iterator<char>(file)), {});
+    std::istringstream fields(text.substr(text.rfind(')') + 2));
+    std::string skipped;
+    for (int i = 0; i < 11; ++i) fields >> skipped;
+    double user = 0, system = 0;
+    fields >> user >> system;
+    return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+  }
+
+ private:
+  int port_ = 0;
+  pid_t pid_ = -1;
+  std::string file_;
+};
+
+double own_cpu_s() {
+  rusage u{};
+  ::getrusage(RUSAGE_SELF, &u);
+  const auto s = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  return s(u.ru_utime) + s(u.ru_stime);
+}
+
+struct Free {
+  void operator()(mosquitto* m) const { mosquitto_destroy(m); }
+};
+using Client = std::unique_ptr<mosquitto, Free>;
+
+/// What the subscribers saw of one step. Written by their one thread while it is the current one.
+struct Step {
+  std::uint32_t number = 0;
+  std::vector<std::uint32_t> latency_us;
+};
+
+/// All subscribers, one thread, one epoll.
+class Subscribers {
+ public:
+  Subscribers(const Options& options, int port) : epoll_(::epoll_create1(EPOLL_CLOEXEC)) {
+    for (int i = 0; i < options.subscribers; ++i) {
+      clients_.emplace_back(mosquitto_new(("s" + std::to_string(i)).c_str(), true, this));
+      mosquitto* const m = clients_.back().get();
+      mosquitto_int_option(m, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
+      mosquitto_int_option(m, MOSQ_OPT_TCP_NODELAY, 1);
+      mosquitto_connect_callback_set(m, [](mosquitto* c, void*, int) { mosquitto_subscribe(c, nullptr, kTopic, 0); });
+      mosquitto_subscribe_callback_set(
+          m, [](mosquitto*, void* self, int, int, const int*) { ++static_cast<Subscribers*>(self)->ready_; });
+      mosquitto_message_callback_set(m, [](mosquitto*, void* self, const mosquitto_message* message) {
+        static_cast<Subscribers*>(self)->take(*message);
+      });
+      if (mosquitto_connect(m, "127.0.0.1", port, 60) != MOSQ_ERR_SUCCESS)
+        fail("subscriber " + std::to_string(i) + " cannot connect");
+      epoll_event event{EPOLLIN, {.u64 = static_cast<std::uint64_t>(i)}};
+      ::epoll_ctl(epoll_, EPOLL_CTL_ADD, mosquitto_socket(m), &event);
+    }
+    thread_ = std::thread([this] { run(); });
+    const std::int64_t end = monotonic_now_ns() + 60 * kSecond;
+    while (ready_ < options.subscribers)
+      if (monotonic_now_ns() > end)
+        fail("not all subscribers came in within a minute");
+      else
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  Subscribers(const Subscribers&) = delete;
+  Subscribers& operator=(const Subscribers&) = delete;
+  ~Subscribers() {
+    stopping_ = true;
+    thread_.join();
+    ::close(epoll_);
+  }
+
+  /// Messages of this step count from now on; nobody publishes at the moment.
+  void begin(Step& step) { step_ = &step; }
+  [[nodiscard]] std::uint64_t received() const { return received_; }
+  void end() { step_ = nullptr; }
+
+ private:
+  void run() {
+    std::vector<epoll_event> events(256);
+    std::int64_t next_misc = monotonic_now_ns();
+    while (!stopping_) {
+      const int n = ::epoll_wait(epoll_, events.data(), static_cast<int>(events.size()), 20);
+      for (int i = 0; i < n; ++i) {
+        mosquitto* const m = clients_[events[static_cast<std::size_t>(i)].data.u64].get();
+        mosquitto_loop_read(m, 1);
+        if (mosquitto_want_write(m)) mosquitto_loop_write(m, 1);
+        if (mosquitto_socket(m) < 0) fail("the broker dropped a subscriber");
+      }
+      if (monotonic_now_ns() < next_misc) continue;
+      next_misc = monotonic_now_ns() + 5 * kSecond;
+      for (const Client& client : clients_) mosquitto_loop_misc(client.get());
+    }
+  }
+
+  void take(const mosquitto_message& message) {
+    std::int64_t sent = 0;
+    std::uint32_t number = 0;
+    std::memcpy(&sent, message.payload, sizeof sent);
+    std::memcpy(&number, static_cast<const char*>(message.payload) + sizeof sent, sizeof number);
+    Step* const step = step_;
+    if (step == nullptr || step->number != number) return;
+    step->latency_us.push_back(static_cast<std::uint32_t>((monotonic_now_ns() - sent) / 1'000));
+    ++received_;
+  }
+
+  const int epoll_;
+  std::vector<Client> clients_;
+  std::atomic<int> ready_{0};
+  std::atomic<std::uint64_t> received_{0};
+  std::atomic<Step*> step_{nullptr};
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+class Publisher {
+ public:
+  explicit Publisher(int port) : client_(mosquitto_new("publisher", true, nullptr)) {
+    mosquitto_int_option(client_.get(), MOSQ_OPT_TCP_NODELAY, 1);
+    if (mosquitto_connect(client_.get(), "127.0.0.1", port, 60) != MOSQ_ERR_SUCCESS)
+      fail("the publisher cannot connect");
+    turn(monotonic_now_ns() + kSecond / 5);
+  }
+
+  /// How many were published.
+  std::uint64_t publish(const Options& options, double rate, std::uint32_t step) {
+    std::string payload(std::max<std::size_t>(options.bytes, 12), 'x');
+    const auto count = static_cast<std::uint64_t>(std::max(1.0, std::round(rate * options.seconds)));
+    const std::int64_t begin = monotonic_now_ns();
+    for (std::uint64_t i = 0; i < count; ++i) {
+      turn(begin + static_cast<std::int64_t>(static_cast<double>(i) / rate * 1e9));
+      const std::int64_t now = monotonic_now_ns();
+      std::memcpy(payload.data(), &now, sizeof now);
+      std::memcpy(payload.data() + sizeof now, &step, sizeof step);
+      if (mosquitto_publish(client_.get(), nullptr, kTopic, static_cast<int>(payload.size()), payload.data(), 0,
+                            true) != MOSQ_ERR_SUCCESS)
+        fail("the publisher lost the broker");
+    }
+    return count;
+  }
+
+ private:
+  void turn(std::int64_t until_ns) {
+    do {
+      const std::int64_t left_ms = (until_ns - monotonic_now_ns()) / 1'000'000;
+      if (left_ms > 0)
+        mosquitto_loop(client_.get(), static_cast<int>(std::min<std::int64_t>(left_ms, 100)), 1);
+      else if (until_ns > monotonic_now_ns())
+        std::this_thread::sleep_for(std::chrono::nanoseconds(until_ns - monotonic_now_ns()));
+    } while (monotonic_now_ns() < until_ns);
+    mosquitto_loop(client_.get(), 0, 1);
+  }
+
+  Client client_;
+};
+
+double quantile_ms(std::vector<std::uint32_t>& latency_us, double q) {
+  if (latency_us.empty()) return INFINITY;
+  const auto at = latency_us.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(latency_us.size() - 1));
+  std::nth_element(latency_us.begin(), at, latency_us.end());
+  return *at * 1e-3;
+}
+
+Options options_of(int argc, char** argv) {
+  Options o;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string key = argv[i];
+    if (i + 1 == argc) fail(key + " wants a value");
+    const std::string value = argv[i + 1];
+    if (key == "--subscribers") {
+      o.subscribers = std::atoi(value.c_str());
+    } else if (key == "--seconds") {
+      o.seconds = std::atof(value.c_str());
+    } else if (key == "--bytes") {
+      o.bytes = static_cast<std::size_t>(std::atol(value.c_str()));
+    } else if (key == "--rates") {
+      o.rates.clear();
+      std::istringstream list(value);
+      for (std::string rate; std::getline(list, rate, ',');) o.rates.push_back(std::atof(rate.c_str()));
+    } else {
+      fail("what is '" + key + "'? --subscribers, --seconds, --bytes, --rates");
+    }
+  }
+  if (o.subscribers < 1 || !(o.seconds > 0) || o.rates.empty() || !(*std::ranges::min_element(o.rates) > 0))
+    fail("subscribers, seconds and rates must be above zero");
+  return o;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Options options = options_of(argc, argv);
+  rlimit files{};
+  ::getrlimit(RLIMIT_NOFILE, &files);
+  const auto wanted = static_cast<rlim_t>(options.subscribers + 64);
+  if (files.rlim_cur < wanted) files.rlim_cur = std::min(files.rlim_max, wanted);
+  if (::setrlimit(RLIMIT_NOFILE, &files) != 0 || files.rlim_cur < wanted)
+    fail("too few files may be open for so many subscribers: raise `ulimit -Hn`");
+  mosquitto_lib_init();
+  const Broker broker;
+  // First: the library's own loop waits by select(), which knows the lowest 1,024 files alone.
+  Publisher publisher(broker.port());
+  Subscribers subscribers(options, broker.port());
+
+  const std::string name = "mqtt." + std::to_string(options.subscribers) + ".";
+  double knee = 0, knee_p50 = INFINITY, knee_p99 = INFINITY;
+  bool kept = true;
+  std::uint32_t number = 0;
+  for (const double rate : options.rates) {
+    Step step;
+    step.number = ++number;
+    const double expected_most = (rate * options.seconds + 1) * options.subscribers;
+    step.latency_us.reserve(static_cast<std::size_t>(expected_most));
+    const std::uint64_t before = subscribers.received();
+    const double cpu = own_cpu_s(), broker_cpu = broker.cpu_s();
+    const std::int64_t begin = monotonic_now_ns();
+    subscribers.begin(step);
+    const std::uint64_t published = publisher.publish(options, rate, step.number);
+    const double seconds = static_cast<double>(monotonic_now_ns() - begin) * 1e-9;
+    const double expected = static_cast<double>(published) * options.subscribers;
+    // What is late still comes; what has not come by then has been dropped by the broker.
+    const std::int64_t end = monotonic_now_ns() + 3 * kSecond;
+    while (static_cast<double>(subscribers.received() - before) < expected && monotonic_now_ns() < end)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    subscribers.end();
+    // Its thread may be inside the last callback.
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const double all = static_cast<double>(monotonic_now_ns() - begin) * 1e-9;
+    const double delivered = static_cast<double>(step.latency_us.size()) / expected;
+    const double p50 = quantile_ms(step.latency_us, 0.5), p99 = quantile_ms(step.latency_us, 0.99);
+    char at[32];
+    std::snprintf(at, sizeof at, "at_%g.", rate);
+    print(name + at + "published_per_s", static_cast<double>(published) / std::max(seconds, options.seconds));
+    print(name + at + "delivered_share", delivered);
+    print(name + at + "deliveries_per_s",
+          static_cast<double>(step.latency_us.size()) / std::max(seconds, options.seconds));
+    print(name + at + "p50_ms", p50);
+    print(name + at + "p99_ms", p99);
+    // Which of the two is at its end: a processor is 1.
+    print(name + at + "broker_cpu", (broker.cpu_s() - broker_cpu) / all);
+    print(name + at + "load_cpu", (own_cpu_s() - cpu) / all);
+    kept = kept && delivered >= kDelivered && p99 <= kLateMs;
+    if (kept) {
+      knee = rate;
+      knee_p50 = p50;
+      knee_p99 = p99;
+    }
+    if (delivered < 0.9 || p99 > 1'000) break;
+  }
+  print(name + "knee_descriptors_per_s", knee);
+  print(name + "knee_deliveries_per_s", knee * options.subscribers);
+  print(name + "knee_p50_ms", knee_p50);
+  print(name + "knee_p99_ms", knee_p99);
+  return 0;
+}

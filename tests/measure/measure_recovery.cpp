@@ -1,0 +1,97 @@
+// How long after a network is back the light is back: a client of a running lightwelld behind an impairing proxy. One JSON
+// object a line for tests/figures: figure (cut.SECONDS, held.SECONDS, delayed), value (s from the link's return to a valid
+// answer that was made after it; the largest of the repeats), lies (answers called valid that were older than max_age).
+//   measure_recovery grpc://127.0.0.1:PORT [--seconds S] [--repeats N]     outages of S seconds [10], N of each kind [3]
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <thread>
+
+#include <lightwell/probe.hpp>
+
+#include "support/impairing_proxy.hpp"
+
+namespace {
+
+using namespace lightwell;
+using std::chrono::milliseconds;
+
+[[noreturn]] void fail(const std::string& what) {
+  std::fprintf(stderr, "measure_recovery: %s\n", what.c_str());
+  std::exit(1);
+}
+
+/// Looks for `seconds`, or until `enough`; counts answers that were called valid and were too old.
+template <class Enough>
+double look(const Probe& probe, double seconds, int& lies, Enough&& enough) {
+  const std::int64_t begin = monotonic_now_ns();
+  for (;;) {
+    const std::int64_t now = monotonic_now_ns();
+    const Lighting light = probe.latest();
+    if (light.validity() == Validity::valid && now - light.descriptor().time.mid_exposure.ns > Lighting::kDefaultMaxAge.ns) ++lies;
+    const double passed = 1e-9 * static_cast<double>(now - begin);
+    if (enough(light) || passed > seconds) return passed;
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+}
+
+/// Made after `ns`, by the probe's clock, which is this machine's.
+auto fresh_since(std::int64_t ns) {
+  return [ns](const Lighting& light) { return light.validity() == Validity::valid && light.descriptor().time.mid_exposure.ns > ns; };
+}
+
+void print(const std::string& figure, double value, int lies) {
+  std::printf("{\"figure\": \"%s\", \"value\": %.4g, \"lies\": %d}\n", figure.c_str(), value, lies);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string uri = argc > 1 ? argv[1] : "";
+  double seconds = 10;
+  int repeats = 3;
+  for (int i = 2; i + 1 < argc; i += 2) {
+    if (std::strcmp(argv[i], "--seconds") == 0) seconds = std::atof(argv[i + 1]);
+    if (std::strcmp(argv[i], "--repeats") == 0) repeats = std::atoi(argv[i + 1]);
+  }
+  if (!uri.starts_with("grpc://127.0.0.1:") || argc % 2 != 0)
+    return std::fprintf(stderr, "usage: measure_recovery grpc://127.0.0.1:PORT [--seconds S] [--repeats N]\n"), 2;
+  test::ImpairingProxy proxy(std::atoi(uri.c_str() + std::strlen("grpc://127.0.0.1:")));
+  const Result<Probe> probe = Probe::connect("grpc://127.0.0.1:" + std::to_string(proxy.port()));
+  if (!probe) fail(probe.status().message());
+  int lies = 0;
+  const auto never = [](const Lighting&) { return false; };
+  look(*probe, 1, lies, never);
+
+  double worst = 0;
+  for (int i = 0; i < repeats; ++i) {
+    proxy.cut();
+    look(*probe, seconds, lies, never);
+    proxy.mend();
+    worst = std::max(worst, look(*probe, 30, lies, fresh_since(monotonic_now_ns())));
+    look(*probe, 1, lies, never);
+  }
+  print("cut." + std::to_string(static_cast<int>(seconds)), worst, lies);
+
+  worst = 0, lies = 0;
+  for (int i = 0; i < repeats; ++i) {
+    proxy.hold();
+    look(*probe, seconds, lies, never);
+    proxy.resume();
+    worst = std::max(worst, look(*probe, 30, lies, fresh_since(monotonic_now_ns())));
+    look(*probe, 1, lies, never);
+  }
+  print("held." + std::to_string(static_cast<int>(seconds)), worst, lies);
+
+  // 200 ms each way and jitter, for a while, and back: answers are stale or told their age, and fresh at once afterwards.
+  lies = 0;
+  proxy.impair({.delay = milliseconds(200), .jitter = milliseconds(60)});
+  look(*probe, seconds, lies, never);
+  proxy.impair({});
+  print("delayed", look(*probe, 30, lies, fresh_since(monotonic_now_ns())), lies);
+  return 0;
+}
