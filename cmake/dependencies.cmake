@@ -26,10 +26,29 @@ if(NOT TARGET protobuf::protoc)
 endif()
 lightwell_find(PkgConfig pkg-config)  # gRPC's package file asks it for re2
 lightwell_find(gRPC libgrpc++-dev CONFIG)
+lightwell_find(OpenSSL libssl-dev 3)
 find_program(LIGHTWELL_GRPC_CPP_PLUGIN grpc_cpp_plugin)
 if(NOT LIGHTWELL_GRPC_CPP_PLUGIN)
   lightwell_missing(grpc_cpp_plugin protobuf-compiler-grpc)
 endif()
+
+pkg_check_modules(LIBHWY QUIET IMPORTED_TARGET libhwy)
+if(NOT LIBHWY_FOUND)
+  lightwell_missing(libhwy libhwy-dev)
+endif()
+# SVE's vectors have no size while compiling, so kernels could not keep them in arrays. With NEON
+# alone, Highway calls it without asking the processor for AES, which a Raspberry Pi 4 lacks.
+target_compile_definitions(PkgConfig::LIBHWY INTERFACE
+  "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
+
+if(LIGHTWELL_BUILD_HOST_SDK)
+  # The host's USB link, which is left out, and says so in the summary, where it is absent.
+  pkg_check_modules(LIBUSB QUIET IMPORTED_TARGET libusb-1.0)
+endif()
+
+# MQTT and mDNS, on both sides of the wire: each is left out, and says so in the summary, where its library is absent.
+pkg_check_modules(LIBMOSQUITTO QUIET IMPORTED_TARGET libmosquitto)
+pkg_check_modules(AVAHI_CLIENT QUIET IMPORTED_TARGET avahi-client)
 
 if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(OpenEXR libopenexr-dev CONFIG)
@@ -48,14 +67,6 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(CLI11 libcli11-dev CONFIG)
   lightwell_find(apriltag libapriltag-dev CONFIG)
   lightwell_find(yaml-cpp libyaml-cpp-dev CONFIG)
-  pkg_check_modules(LIBHWY QUIET IMPORTED_TARGET libhwy)
-  if(NOT LIBHWY_FOUND)
-    lightwell_missing(libhwy libhwy-dev)
-  endif()
-  # SVE's vectors have no size while compiling, so kernels could not keep them in arrays. With NEON
-  # alone, Highway calls it without asking the processor for AES, which a Raspberry Pi 4 lacks.
-  target_compile_definitions(PkgConfig::LIBHWY INTERFACE
-    "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
   # Each in its camera backend, which is left out, and says so in the summary, where the library is absent.
   pkg_check_modules(LIBCAMERA QUIET IMPORTED_TARGET libcamera)
   find_package(depthai 3 CONFIG QUIET)
@@ -69,12 +80,35 @@ elseif(LIGHTWELL_BUILD_HOST_SDK)
   find_package(CLI11 CONFIG QUIET)
 endif()
 
+if(LIGHTWELL_BUILD_HOST_SDK)
+  # Of host_sdk/examples/openxr_light, which says in the summary when it is left out.
+  find_package(OpenXR CONFIG QUIET)
+endif()
+
 if(LIGHTWELL_BUILD_TESTS)
+  # Of the consumer of lightwell/glm.hpp in tests/install, which says so likewise.
+  find_package(glm CONFIG QUIET)
   lightwell_find(GTest libgtest-dev CONFIG)
   if(NOT TARGET GTest::gmock)
     lightwell_missing(GMock libgmock-dev)
   endif()
   lightwell_find(Python3 python3 COMPONENTS Interpreter)
+  # Languages on top of the C ABI. Each one's tests are left out, and the summary says so, where its tools are absent;
+  # for another processor than this machine's there are none.
+  if(LIGHTWELL_BUILD_HOST_SDK AND NOT CMAKE_CROSSCOMPILING)
+    # Debian's interpreter has Debian's packages; one that stands before it in the path may have none.
+    foreach(python IN ITEMS "${Python3_EXECUTABLE}" /usr/bin/python3)
+      execute_process(COMMAND "${python}" -c "import cffi, numpy" RESULT_VARIABLE lacks OUTPUT_QUIET ERROR_QUIET)
+      if(lacks STREQUAL 0)
+        set(LIGHTWELL_PYTHON_CFFI "${python}")
+        break()
+      endif()
+    endforeach()
+    find_program(LIGHTWELL_MCS mcs)
+    find_program(LIGHTWELL_MONO mono)
+    find_program(LIGHTWELL_NODE NAMES node nodejs)
+    find_program(LIGHTWELL_TSC tsc)
+  endif()
   # Preloaded, which under an emulated processor would reach the emulator: for this machine's own programs.
   if(LIGHTWELL_BUILD_FIRMWARE AND NOT CMAKE_CROSSCOMPILING)
     pkg_check_modules(UMOCKDEV QUIET IMPORTED_TARGET umockdev-1.0)
