@@ -1,0 +1,288 @@
+"""The disks of a board, made from the arm64 root of packages (cmake/sysroot_aarch64) and from hil/image.
+
+keys()       the pair that this machine's boards and clients know each other by
+base()       kernel, initrd and root file system
+firmware()   what a build installs on a board, as a disk
+state()      a disk for what outlives a power cut
+Disks are ext4 made by mke2fs -d: no root, no loop device. Owners are root whoever makes them.
+"""
+
+from __future__ import annotations
+
+import gzip
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import cache
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+SOURCES = REPOSITORY / "hil/image"
+# What is compiled against, and not run.
+NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/perl5", "usr/lib/aarch64-linux-gnu/perl",
+                  "usr/lib/aarch64-linux-gnu/perl-base", "usr/share/cmake", "usr/lib/aarch64-linux-gnu/cmake",
+                  "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot")
+
+
+class ImageError(Exception):
+    """A disk cannot be made; the text says what to do."""
+
+
+def _run(command: Sequence[str | Path], *, cwd: Path | None = None) -> str:
+    try:
+        done = subprocess.run([str(word) for word in command], cwd=cwd, text=True, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+    except FileNotFoundError as error:
+        raise ImageError(f"{command[0]} is not installed: run cmake/setup") from error
+    if done.returncode != 0:
+        last = "\n".join((done.stderr or done.stdout).strip().splitlines()[-5:])
+        raise ImageError(f"{Path(str(command[0])).name} failed with {done.returncode}: {last}")
+    return done.stdout
+
+
+def sysroot() -> Path:
+    """The arm64 root of packages, made where it is missing (a minute and a half)."""
+    named = os.environ.get("LIGHTWELL_SYSROOT_AARCH64")
+    if named:
+        return Path(named)
+    done = subprocess.run([REPOSITORY / "cmake/sysroot_aarch64"], stdout=subprocess.PIPE, text=True, check=False)
+    if done.returncode != 0:
+        raise ImageError("there is no arm64 root of packages (cmake/sysroot_aarch64 says why)")
+    return Path(done.stdout.strip())
+
+
+@dataclass(frozen=True)
+class Keys:
+    """OpenSSH files of this machine alone: `client` may enter as root, `host` is how a board is known."""
+    client: Path
+    host: Path
+
+
+def keys() -> Keys:
+    """The two key pairs, made once on this machine; each has its public part beside it as .pub."""
+    def make(folder: Path) -> None:
+        for name in ("client", "host"):
+            _run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", f"lightwell-board-{name}", "-f", folder / name])
+
+    folder = cache.kept("board-keys", "1", make)
+    return Keys(folder / "client", folder / "host")
+
+
+def _lines(path: Path) -> list[list[str]]:
+    """Words of each line, without comments."""
+    words = (line.split("#")[0].split() for line in path.read_text(encoding="utf-8").splitlines())
+    return [line for line in words if line]
+
+
+def _replace(path: Path, text: str, mode: int = 0o644) -> None:
+    """Writes a file anew: the tree's files share their content with the sysroot, which stays as it is."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    path.write_text(text, encoding="utf-8")
+    path.chmod(mode)
+
+
+def _link(path: Path, target: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    path.symlink_to(target)
+
+
+def add_accounts(root: Path, accounts: Path) -> None:
+    """Writes passwd, group and shadow as hil/image/accounts says, on top of Debian's fixed ones."""
+    master = root / "usr/share/base-passwd"
+    passwd = (master / "passwd.master").read_text(encoding="utf-8")
+    members: dict[str, list[str]] = {}
+    own = ""
+    for name, number, home, *groups in _lines(accounts):
+        own += f"{name}:x:{number}:\n"
+        if home != "-":
+            passwd += f"{name}:x:{number}:{number}::{home}:/usr/sbin/nologin\n"
+        for group in groups:
+            members.setdefault(group, []).append(name)
+    lines = []
+    for line in ((master / "group.master").read_text(encoding="utf-8") + own).splitlines():
+        name, password, number, _ = line.split(":")
+        lines.append(":".join((name, password, number, ",".join(members.pop(name, [])))))
+    if members:
+        raise ImageError(f"{accounts}: there is no group {', '.join(sorted(members))}")
+    # A board has a shell that scripts may ask for, and nobody has a password: ! would shut ssh's door for keys, too.
+    passwd = re.sub(r"^([^:]*):\*:", r"\1:x:", passwd, flags=re.MULTILINE)
+    names = [line.split(":")[0] for line in passwd.splitlines()]
+    _replace(root / "etc/passwd", passwd)
+    _replace(root / "etc/group", "\n".join(lines) + "\n")
+    _replace(root / "etc/shadow", "".join(f"{name}:*:19000:0:99999:7:::\n" for name in names), 0o640)
+
+
+def set_units(root: Path, units: Path) -> None:
+    """The links that systemctl makes, as hil/image/units says. A unit that is not there is an error: its name is misspelt
+    or its package is gone."""
+    folders = (root / "etc/systemd/system", root / "usr/lib/systemd/system")
+    own = folders[0]
+    for verb, unit, *target in _lines(units):
+        found = next((folder / unit for folder in folders if (folder / unit).exists()), None)
+        if found is None:
+            raise ImageError(f"{units}: there is no unit {unit}")
+        if verb == "mask":
+            _link(own / unit, "/dev/null")
+        elif verb == "enable" and len(target) == 1:
+            _link(own / f"{target[0]}.wants" / unit, "/" + str(found.relative_to(root)))
+        else:
+            raise ImageError(f"{units}: '{verb} {unit} {' '.join(target)}' is neither 'enable UNIT TARGET' nor 'mask UNIT'")
+    _link(own / "default.target", "/usr/lib/systemd/system/multi-user.target")
+
+
+def _fill_root(root: Path, packages: Path, known: Keys) -> None:
+    """`root` becomes the board's root file system: what packages hold, and what their scripts would have made."""
+    # Links to the same content: a second and no space, where a copy takes a gigabyte.
+    _run(["cp", "-al", f"{packages}/.", root])
+    for name in NOT_ON_A_BOARD:
+        if (root / name).exists():
+            shutil.rmtree(root / name)
+    _run(["find", root / "usr/lib", "-name", "*.a", "-delete"])
+    for name in ("dev", "proc", "sys", "run", "tmp", "opt/lightwell", "var/lib/lightwell"):
+        (root / name).mkdir(parents=True, exist_ok=True)
+    add_accounts(root, SOURCES / "accounts")
+    for source in sorted((SOURCES / "root").rglob("*")):
+        if source.is_file():
+            _replace(root / source.relative_to(SOURCES / "root"), source.read_text(encoding="utf-8"))
+    set_units(root, SOURCES / "units")
+    _replace(root / "etc/ssh/ssh_host_ed25519_key", known.host.read_text(encoding="ascii"), 0o600)
+    _replace(root / "etc/ssh/authorized_keys", known.client.with_suffix(".pub").read_text(encoding="ascii"))
+    for name in ("hostname", "mtab"):
+        (root / "etc" / name).unlink(missing_ok=True)
+    if not (root / "etc/nsswitch.conf").exists():
+        _replace(root / "etc/nsswitch.conf", (root / "usr/share/libc-bin/nsswitch.conf").read_text(encoding="utf-8"))
+    # The owner's files are on the state's disk; the tool that builds the USB gadget on the firmware's.
+    _link(root / "etc/lightwell", "/var/lib/lightwell/etc")
+    _link(root / "usr/sbin/lightwell-usb-gadget", "/opt/lightwell/sbin/lightwell-usb-gadget")
+    _link(root / "usr/bin/awk", "mawk")
+    _link(root / "usr/sbin/init", "/usr/lib/systemd/systemd")
+
+
+def _kernel_version(root: Path) -> str:
+    versions = sorted(path.name for path in (root / "usr/lib/modules").iterdir())
+    if len(versions) != 1:
+        raise ImageError(f"{root}/usr/lib/modules holds {versions or 'no kernel'}: one is wanted")
+    return versions[0]
+
+
+def _make_initrd(root: Path, version: str, initrd: Path) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        work = Path(name)
+        wanted: list[str] = []
+        for module, in _lines(SOURCES / "modules"):
+            shown = _run(["modprobe", "-d", root, "-S", version, "--show-depends", module])
+            for line in shown.splitlines():
+                verb, path = line.split()[:2]
+                if verb == "insmod" and path not in wanted:
+                    wanted.append(path)
+        inside = []
+        for path in wanted:
+            target = work / "lib" / Path(path).name
+            target.parent.mkdir(exist_ok=True)
+            shutil.copyfile(path, target)
+            inside.append(f"/lib/{target.name}")
+        (work / "modules").write_text("\n".join(inside) + "\n", encoding="ascii")
+        (work / "bin").mkdir()
+        shutil.copy(root / "usr/bin/busybox", work / "bin/busybox")
+        (work / "bin/sh").symlink_to("busybox")
+        for folder in ("dev", "proc", "sys"):
+            (work / folder).mkdir()
+        shutil.copy(SOURCES / "initrd_init", work / "init")
+        (work / "init").chmod(0o755)
+        packed = subprocess.run(["cpio", "-o", "-H", "newc", "--quiet", "-R", "0:0"], cwd=work, check=False,
+                                input="\n".join(str(p.relative_to(work)) for p in sorted(work.rglob("*"))).encode(),
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        if packed.returncode != 0:
+            raise ImageError(f"cpio failed: {packed.stderr.decode()}")
+        initrd.write_bytes(gzip.compress(packed.stdout, 6))
+
+
+def make_ext4(tree: Path, disk: Path, label: str, *, journal: bool, room_mb: float, inodes: int | None = None) -> None:
+    """An ext4 of what `tree` holds and `room_mb` MiB besides; sparse. Owners are root: as root the tree's are."""
+    # By their numbers, because a file may have several names.
+    files = {entry.st_ino: entry for entry in (path.lstat() for path in tree.rglob("*"))}
+    blocks = sum(-(-entry.st_size // 4096) for entry in files.values()) + len(files)
+    megabytes = int(blocks * 4096 / 2**20 * 1.02 + len(files) * 256 / 2**20 + room_mb) + 2
+    count = inodes or len(files) + len(files) // 10 + 64
+    command: list[str | Path] = ["mke2fs", "-q", "-F", "-t", "ext4", "-L", label, "-m", "0", "-N", str(count),
+                                 "-E", "root_owner=0:0,lazy_itable_init=0", "-O", "has_journal" if journal else "^has_journal",
+                                 "-d", tree, disk, f"{megabytes}M"]
+    if os.geteuid() != 0:
+        # In a namespace of its own the maker counts as root, and so the files that it made.
+        command = ["unshare", "--map-root-user", *command]
+    _run(command)
+
+
+@dataclass(frozen=True)
+class Base:
+    """Kernel, initrd and root file system, all read only."""
+    folder: Path
+
+    @property
+    def kernel(self) -> Path:
+        return self.folder / "vmlinuz"
+
+    @property
+    def initrd(self) -> Path:
+        return self.folder / "initrd"
+
+    @property
+    def disk(self) -> Path:
+        return self.folder / "base.ext4"
+
+
+def base() -> Base:
+    """Kernel, initrd and root disk, made where something that they are made of has changed."""
+    packages = sysroot()
+    known = keys()
+
+    def make(folder: Path) -> None:
+        cache.say("making the board's root disk (half a minute, 1.2 GB), once")
+        root = folder / "root"
+        root.mkdir()
+        _fill_root(root, packages, known)
+        version = _kernel_version(root)
+        shutil.copyfile(packages / f"boot/vmlinuz-{version}", folder / "vmlinuz")
+        _run(["depmod", "-b", root, version])
+        _make_initrd(root, version, folder / "initrd")
+        make_ext4(root, folder / "base.ext4", "lw-base", journal=False, room_mb=8)
+        shutil.rmtree(root)
+
+    # The folder's own number: a sysroot that was made again has newer packages under the same name.
+    key = cache.digest([packages.name, str(packages.stat().st_ino), SOURCES, Path(__file__),
+                        known.client.with_suffix(".pub"), known.host.with_suffix(".pub")])
+    return Base(cache.kept("board-base", key, make))
+
+
+def firmware(build: Path) -> Path:
+    """The disk that a board has at /opt/lightwell: what `build` installs of the component `board`, stripped, and the
+    panoramas of simulated cameras. Raises ImageError where the build is not there or not whole."""
+    if not (build / "CMakeCache.txt").exists():
+        raise ImageError(f"{build} is not a configured build: cmake --preset board-aarch64")
+    panoramas = _run([REPOSITORY / "cmake/fetch_panoramas"]).strip()
+    with tempfile.TemporaryDirectory(dir=cache.cache_root(), prefix=".board-stage.") as name:
+        stage = Path(name)
+        _run(["cmake", "--install", build, "--component", "board", "--strip", "--prefix", stage])
+        shutil.copytree(panoramas, stage / "share/lightwell/panoramas", dirs_exist_ok=True)
+        stage.chmod(0o755)
+
+        def make(folder: Path) -> None:
+            make_ext4(stage, folder / "firmware.ext4", "lw-firmware", journal=False, room_mb=1)
+
+        return cache.kept("board-firmware", cache.digest([stage, Path(__file__)]), make) / "firmware.ext4"
+
+
+def state(disk: Path, size_mb: int, config: str) -> None:
+    """A journaled disk with `size_mb` MiB for the board to fill, `config` on it as /etc/lightwell/probe.textproto."""
+    with tempfile.TemporaryDirectory() as name:
+        tree = Path(name)
+        (tree / "etc").mkdir()
+        (tree / "etc/probe.textproto").write_text(config, encoding="utf-8")
+        make_ext4(tree, disk, "lw-state", journal=True, room_mb=size_mb, inodes=4096)

@@ -1,0 +1,106 @@
+"""Commands and files into a board, through OpenSSH's client and one connection that stays open."""
+
+from __future__ import annotations
+
+import shlex
+import socket
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+# What ssh itself ends with where it cannot reach the board.
+UNREACHABLE = 255
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A command that ended by itself. `status` is its exit status, or 255 where ssh could not reach the board."""
+    status: int
+    out: str
+    err: str
+
+
+class CommandFailed(Exception):
+    """A command that was to succeed did not; the text holds its last words."""
+
+
+class Ssh:
+    """Commands run as root. `before` are words that the client is started with (a network namespace's)."""
+
+    def __init__(self, address: tuple[str, int], key: Path, host_key: Path, folder: Path, before: Sequence[str] = ()) -> None:
+        self.address = address
+        self._before = list(before)
+        known = folder / "known_hosts"
+        kind, public = host_key.with_suffix(".pub").read_text(encoding="ascii").split()[:2]
+        known.write_text(f"board {kind} {public}\n", encoding="ascii")
+        self._options = [
+            "-F", "none", "-i", str(key), "-o", "IdentitiesOnly=yes", "-o", "BatchMode=yes", "-o", "LogLevel=ERROR",
+            "-o", f"UserKnownHostsFile={known}", "-o", "HostKeyAlias=board", "-o", "StrictHostKeyChecking=yes",
+            "-o", "GSSAPIAuthentication=no", "-o", "ConnectTimeout=30",
+            # A board that was cut off is noticed within half a minute, not after two hours.
+            "-o", "ServerAliveInterval=10", "-o", "ServerAliveCountMax=3",
+            "-o", "ControlMaster=auto", "-o", f"ControlPath={folder}/ssh.sock", "-o", "ControlPersist=600"]
+
+    def command(self, remote: Sequence[str] = (), *, terminal: bool = False) -> list[str]:
+        """The client's whole command line; a `remote` of several words arrives as these words."""
+        host, port = self.address
+        text = [remote[0]] if len(remote) == 1 else [shlex.join(remote)] if remote else []
+        return [*self._before, "ssh", *self._options, *(["-t"] if terminal else []), "-p", str(port), f"root@{host}", *text]
+
+    def greets(self, timeout_s: float = 2.0) -> bool:
+        """Whether a server says its name at the port: cheaper for the board than a connection. Only without `before`."""
+        try:
+            with socket.create_connection(self.address, timeout=timeout_s) as connection:
+                return connection.recv(4) == b"SSH-"
+        except OSError:
+            return False
+
+    def run(self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False) -> Ran:
+        """Runs a command (a str: by the board's shell) with `text` as its input. Raises TimeoutError after `timeout_s`: the
+        command may then go on in the board; CommandFailed with `check` where its status is not 0."""
+        words = [remote] if isinstance(remote, str) else list(remote)
+        try:
+            # The connection that stays open inherits stderr: read from a pipe it would be waited for as long as it stays.
+            done = subprocess.run(self.command(words), input=text, stdin=subprocess.DEVNULL if text is None else None,
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace", timeout=timeout_s,
+                                  check=False)
+        except subprocess.TimeoutExpired as error:
+            raise TimeoutError(f"waited {timeout_s:g} s for the board to end: {shlex.join(words)}") from error
+        if check and done.returncode != 0:
+            last = (done.stderr.strip() or done.stdout.strip())[-1000:]
+            raise CommandFailed(f"'{' '.join(words)}' ended with {done.returncode}: {last}")
+        return Ran(done.returncode, done.stdout, done.stderr)
+
+    def open(self, timeout_s: float) -> Ran:
+        """Makes the connection that the others use. Nothing of it is read, so that nobody waits for its end."""
+        try:
+            done = subprocess.run(self.command(["true"]), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL, timeout=timeout_s, check=False)
+        except subprocess.TimeoutExpired:
+            return Ran(UNREACHABLE, "", f"no answer within {timeout_s:g} s")
+        return Ran(done.returncode, "", "")
+
+    def close(self) -> None:
+        """Ends the connection that stays open, if there is one."""
+        host, port = self.address
+        subprocess.run([*self._before, "ssh", *self._options, "-O", "exit", "-p", str(port), f"root@{host}"], check=False,
+                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=10)
+
+    def _copy(self, source: str, target: str, timeout_s: float) -> None:
+        command = [*self._before, "scp", "-q", "-p", "-r", *self._options, "-P", str(self.address[1]), source, target]
+        try:
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                  timeout=timeout_s, check=False)
+        except subprocess.TimeoutExpired as error:
+            raise TimeoutError(f"waited {timeout_s:g} s for the copy of {source} to {target}") from error
+        if done.returncode != 0:
+            raise CommandFailed(f"{source} was not copied to {target}: {done.stderr.strip()}")
+
+    def copy_in(self, source: Path, target: str, timeout_s: float = 120.0) -> None:
+        """A file or folder of this machine into the board."""
+        self._copy(str(source), f"root@{self.address[0]}:{target}", timeout_s)
+
+    def copy_out(self, source: str, target: Path, timeout_s: float = 120.0) -> None:
+        """A file or folder of the board to this machine."""
+        self._copy(f"root@{self.address[0]}:{source}", str(target), timeout_s)
