@@ -33,7 +33,7 @@ from typing import Any
 
 from . import image, qemu
 from .cache import say
-from .network import GRPC_PORT, SSH_PORT, Network, NetworkError, TapNetwork, UserNetwork, kernel_words, network_from
+from .network import GRPC_PORT, PORTS, SSH_PORT, Network, NetworkError, TapNetwork, UserNetwork, kernel_words, network_from
 from .processes import Process
 from .qmp import Qmp, QmpError
 from .ssh import Ran, Ssh
@@ -71,6 +71,8 @@ class Options:
     # Boards of one wire see each other, and have different numbers.
     wire: str = ""
     number: int = 1
+    # More of the board's ports that the user network forwards, beside ssh, gRPC and pairing.
+    ports: tuple[int, ...] = ()
     # Programs that are USB devices, by their ids; a socket that nobody listens at yet is a device not plugged in.
     usb_sockets: dict[str, Path] = field(default_factory=dict)
     # More disks, by their serial numbers; writable, raw.
@@ -232,15 +234,15 @@ class Board:
         options = self.options
         accelerator, why = qemu.accelerator(program, base)
         network: Network = (TapNetwork(options.wire or self.folder.name, options.number) if options.net == "tap"
-                            else UserNetwork(options.number))
+                            else UserNetwork(options.number, tuple(dict.fromkeys((*PORTS, *options.ports)))))
         identity = hashlib.sha256(str(self.folder).encode()).hexdigest()[:32]
         machine = qemu.Machine(
             program=program, accelerator=accelerator, kernel=base.kernel, initrd=base.initrd,
             disks=(qemu.Disk(base.disk, "lw-base"), qemu.Disk(firmware, "lw-firmware"),
                    qemu.Disk(self.state_disk, "lw-state", writable=True),
                    *(qemu.Disk(path, serial, writable=True) for serial, path in options.disks.items())),
-            kernel_words=(qemu.CONSOLE, "quiet", "loglevel=4", "panic=5", f"systemd.machine_id={identity}",
-                          "systemd.show_status=auto", *kernel_words(options.number, self.name)),
+            kernel_words=(qemu.CONSOLE, "quiet", "loglevel=4", "panic=5", "cryptomgr.notests", "rcupdate.rcu_expedited=1",
+                          f"systemd.machine_id={identity}", "systemd.show_status=auto", *kernel_words(options.number, self.name)),
             network=tuple(network.arguments()), qmp=self.folder / "qmp.sock", serial_log=self.serial_log, cpus=options.cpus,
             memory_mb=options.memory_mb, usb_sockets=tuple(options.usb_sockets.items()), extra=options.qemu_arguments)
         network.open()

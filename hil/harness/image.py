@@ -125,6 +125,11 @@ def set_units(root: Path, units: Path) -> None:
     folders = (root / "etc/systemd/system", root / "usr/lib/systemd/system")
     own = folders[0]
     for verb, unit, *target in _lines(units):
+        if verb == "silence":
+            if not (root / "usr/lib/systemd/system-generators" / unit).exists():
+                raise ImageError(f"{units}: there is no generator {unit}")
+            _link(root / "etc/systemd/system-generators" / unit, "/dev/null")
+            continue
         found = next((folder / unit for folder in folders if (folder / unit).exists()), None)
         if found is None:
             raise ImageError(f"{units}: there is no unit {unit}")
@@ -133,7 +138,7 @@ def set_units(root: Path, units: Path) -> None:
         elif verb == "enable" and len(target) == 1:
             _link(own / f"{target[0]}.wants" / unit, "/" + str(found.relative_to(root)))
         else:
-            raise ImageError(f"{units}: '{verb} {unit} {' '.join(target)}' is neither 'enable UNIT TARGET' nor 'mask UNIT'")
+            raise ImageError(f"{units}: '{verb} {unit} {' '.join(target)}' is none of 'enable UNIT TARGET', 'mask UNIT' and 'silence GENERATOR'")
     _link(own / "default.target", "/usr/lib/systemd/system/multi-user.target")
 
 

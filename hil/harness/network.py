@@ -38,14 +38,16 @@ def mac_address(number: int) -> str:
 
 
 def kernel_words(number: int, name: str) -> list[str]:
-    """What the kernel's command line says of the network; systemd-network-generator reads it."""
-    return [f"ip={board_address(number)}::{HOST}:255.255.255.0:{name}:eth0:off", "net.ifnames=0", f"systemd.hostname={name}"]
+    """What the kernel's command line says of the network; a rule of udev reads it (hil/image/root)."""
+    return ["net.ifnames=0", f"lightwell.eth0={board_address(number)}/24", f"systemd.hostname={name}"]
 
 
 @dataclass
 class UserNetwork:
     """Ports are free ones, chosen by the kernel when QEMU binds them: no other program can be given the same in between."""
     number: int = 1
+    # The board's ports that can be reached, and by which of ours once QEMU runs.
+    wanted: tuple[int, ...] = PORTS
     ports: dict[int, int] = field(default_factory=dict)
 
     def open(self) -> None:
@@ -55,8 +57,9 @@ class UserNetwork:
         """Ends with QEMU."""
 
     def arguments(self) -> list[str]:
-        forwards = "".join(f",hostfwd=tcp:127.0.0.1:0-{board_address(self.number)}:{port}" for port in PORTS)
-        return ["-netdev", f"user,id=net0,net=10.77.0.0/24,host={HOST},dns=10.77.0.3,dhcpstart=10.77.0.220{forwards}",
+        # restrict: what a board sends out reaches nobody, and no other machine's mDNS reaches it.
+        forwards = "".join(f",hostfwd=tcp:127.0.0.1:0-{board_address(self.number)}:{port}" for port in self.wanted)
+        return ["-netdev", f"user,id=net0,net=10.77.0.0/24,host={HOST},dns=10.77.0.3,dhcpstart=10.77.0.220,restrict=on{forwards}",
                 "-device", f"virtio-net-pci,netdev=net0,mac={mac_address(self.number)},romfile="]
 
     def learn(self, qmp: Qmp) -> None:
@@ -64,8 +67,8 @@ class UserNetwork:
         shown = qmp.monitor("info usernet")
         self.ports = {int(guest): int(host)
                       for host, guest in re.findall(r"TCP\[HOST_FORWARD\]\s+\S+\s+\S+\s+(\d+)\s+\S+\s+(\d+)", shown)}
-        if set(self.ports) != set(PORTS):
-            raise QmpError(f"QEMU does not forward the ports {PORTS}: {shown}")
+        if set(self.ports) != set(self.wanted):
+            raise QmpError(f"QEMU does not forward the ports {self.wanted}: {shown}")
 
     def reach(self, port: int) -> tuple[str, int]:
         """Host and port by which the board's `port` is reached from this machine."""
@@ -157,4 +160,5 @@ def network_from(description: dict) -> Network:
     """The network that describe() told of."""
     if description["kind"] == "tap":
         return TapNetwork(description["wire"], description["number"])
-    return UserNetwork(description["number"], {int(port): host for port, host in description["ports"].items()})
+    ports = {int(port): host for port, host in description["ports"].items()}
+    return UserNetwork(description["number"], tuple(ports), ports)

@@ -48,8 +48,9 @@ class Ssh:
         text = [remote[0]] if len(remote) == 1 else [shlex.join(remote)] if remote else []
         return [*self._before, "ssh", *self._options, *(["-t"] if terminal else []), "-p", str(port), f"root@{host}", *text]
 
-    def greets(self, timeout_s: float = 2.0) -> bool:
-        """Whether a server says its name at the port: cheaper for the board than a connection. Only without `before`."""
+    def greets(self, timeout_s: float = 15.0) -> bool:
+        """Whether a server says its name at the port: cheaper for the board than a connection. A server that is asked and not
+        waited for has to make a process each time, for nothing. Only without `before`."""
         try:
             with socket.create_connection(self.address, timeout=timeout_s) as connection:
                 return connection.recv(4) == b"SSH-"
