@@ -1,6 +1,9 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
+# What a board needs, and no more, is the component `board`, named where it is installed:
+#   cmake --install build/board-aarch64 --component board --strip --prefix DIR
+
 # lightwell_install_sdk([<target>...])
 # Installs the host SDK as the CMake package `lightwell` with the target lightwell::lightwell:
 # archives, headers, .proto files; and liblightwell.so as its component `c`, with the target
