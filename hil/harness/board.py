@@ -21,6 +21,7 @@ import fcntl
 import hashlib
 import json
 import os
+import shutil
 import stat
 import subprocess
 import tempfile
@@ -344,6 +345,11 @@ class Board:
             if process is not None:
                 process.kill()
             self._end()
+
+    def remove(self) -> None:
+        """Power cut, and its folder goes with its state and its log."""
+        self.power_cut()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     def reset(self, timeout_s: float = BOOT_S) -> None:
         """The reset button; waits until it answers again."""

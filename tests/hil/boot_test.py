@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""One board, really booted, from switching on to switching off: boot_test.py HOST_CLI BUILD_OF_THE_BOARD.
+
+Ends with 77 and the reason where there is no QEMU or no firmware for the board. Times are printed and not judged.
+"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import harness_path  # noqa: F401
+import skipping
+from harness import board, qemu
+
+CLI, BUILD = sys.argv[1], pathlib.Path(sys.argv[2])
+NAME = f"boot-test-{os.getpid()}"
+
+
+def missing():
+    try:
+        qemu.find()
+    except qemu.NoQemu as error:
+        return str(error)
+    programs = [BUILD / "bin" / name for name in ("lightwelld", "lightwell", "lightwell-calibrate")]
+    if absent := [str(program) for program in programs if not program.exists()]:
+        return f"not built for the board: {', '.join(absent)} (hil/board up builds them)"
+    return None
+
+
+class Boot(unittest.TestCase):
+    """The tests share one board, and run in the order of their names: what they do to it is said by the letters."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.board = board.Board(NAME, board.Options(build=BUILD, state_mb=32, owned=True))
+        cls.addClassCleanup(cls.board.remove)
+        begin = time.monotonic()
+        cls.board.start(fresh=True)
+        told = cls.board.status()
+        print(f"{told['accelerator']} ({told['why']}): ssh {told['seconds']['ssh']} s after QEMU, {time.monotonic() - begin:.1f} s after "
+              f"being asked; {told['resident_mb']} MB of this machine's memory", flush=True)
+
+    def out(self, command, **options):
+        return self.board.run(command, check=True, **options).out.strip()
+
+    def probe(self):
+        """What a client on this machine is told by the probe."""
+        return subprocess.run(self.board.host_command([CLI, "info", self.board.grpc()]), text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=120, check=False)
+
+    def test_a_it_is_another_machine(self):
+        self.assertEqual(self.out("uname -m"), "aarch64")
+        self.assertEqual(self.out("hostname"), NAME)
+
+    def test_b_the_firmware_answers_from_outside(self):
+        print(f"lightwelld ready {self.board.wait_for_service():.1f} s after the kernel's start", flush=True)
+        done = self.probe()
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertRegex(done.stdout, r"name +board ")
+        self.assertRegex(done.stdout, r"camera +sim:studio")
+        self.assertEqual(self.out("stat -c %U /proc/$(systemctl show -P MainPID lightwelld)"), "lightwell")
+
+    def test_c_nothing_failed(self):
+        done = self.board.run("systemctl is-system-running --wait", timeout_s=180)
+        self.assertEqual(done.out.strip(), "running", self.board.run("systemctl --failed --no-legend; journalctl -p err -b --no-pager").out)
+
+    def test_d_statuses_and_words_come_through(self):
+        self.assertEqual(self.board.run("exit 7").status, 7)
+        self.assertEqual(self.board.run(["printf", "%s|", "a b", "$c"]).out, "a b|$c|")
+        self.assertEqual(self.board.run("cat", text="what goes in").out, "what goes in")
+        with self.assertRaises(TimeoutError):
+            self.board.run("sleep 60", timeout_s=2)
+
+    def test_e_files_go_in_and_come_out(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "in").mkdir()
+            (folder / "in/data").write_bytes(os.urandom(300_000))
+            self.board.copy_in(folder / "in", "/tmp/in")
+            self.board.copy_out("/tmp/in/data", folder / "out")
+            self.assertEqual((folder / "out").read_bytes(), (folder / "in/data").read_bytes())
+
+    def test_f_disks_are_what_they_should_be(self):
+        self.assertNotEqual(self.board.run("touch /opt/lightwell/x").status, 0)
+        self.assertEqual(self.out("findmnt -no FSTYPE /var/lib/lightwell"), "ext4")
+        self.assertEqual(self.out("stat -c %U /etc/lightwell/probe.textproto"), "lightwell")
+
+    def test_g_a_daemon_that_is_killed_comes_back(self):
+        before = self.out("systemctl show -P MainPID lightwelld")
+        self.out("kill -9 " + before)
+        self.board.wait_for_service()
+        after = self.out("systemctl show -P MainPID lightwelld")
+        self.assertNotEqual(before, after)
+        self.assertEqual(self.out("systemctl show -P NRestarts lightwelld"), "1")
+
+    def test_h_qemu_answers(self):
+        self.assertEqual(self.board.qmp("query-status")["status"], "running")
+
+    def test_i_a_power_cut_leaves_the_state_and_nothing_else(self):
+        self.out("echo kept > /var/lib/lightwell/kept; sync; echo gone > /root/gone")
+        self.board.power_cut()
+        self.assertFalse(self.board.running())
+        self.board.start()
+        self.assertEqual(self.out("cat /var/lib/lightwell/kept"), "kept")
+        self.assertNotEqual(self.board.run("test -e /root/gone").status, 0)
+        self.board.wait_for_service()
+        self.assertEqual(self.probe().returncode, 0)
+
+    def test_j_it_switches_off(self):
+        begin = time.monotonic()
+        self.assertTrue(self.board.stop(), "it had to be killed")
+        print(f"off {time.monotonic() - begin:.1f} s after being asked", flush=True)
+        self.assertFalse(self.board.running())
+        # What was mounted was unmounted: nothing to be repaired.
+        subprocess.run(["e2fsck", "-fn", self.board.state_disk], check=True, stdout=subprocess.DEVNULL)
+        self.assertNotIn("needs_recovery", subprocess.run(["dumpe2fs", "-h", self.board.state_disk], check=True, text=True,
+                                                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout)
+
+
+if __name__ == "__main__":
+    skipping.main(missing(), [sys.argv[0], "--verbose", "--failfast"])
