@@ -51,10 +51,8 @@ class FlickeringCamera {
     source.sensor = sim::sensor_of(rig_, format, 1);
     black_ = source.sensor.photometry.black_level;
     source.exposure_s = exposure_s_;
-    source.readout_s = kReadout;
-    flicker_ = source.flicker = {plan.periods_per_frame * rate, flicker.depth};
-    source.frame_rate = rate;
-    source.takes_time = format != PixelFormat::rgb_f32;
+    flicker_ = {plan.periods_per_frame * rate, flicker.depth};
+    source.timing = {kReadout, flicker_, rate, format != PixelFormat::rgb_f32};
     ring.render(plan, source, {});
   }
 

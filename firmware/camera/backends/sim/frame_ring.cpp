@@ -47,39 +47,6 @@ Status too_large(const RingRequest& request) {
               " MiB that the simulator allows itself: use a smaller picture"};
 }
 
-/// One lens with all that rendering it needs.
-struct LensRenderer {
-  sim::LensRays rays;
-  sim::Sensor sensor;
-  double readout_s = 0;
-  const RingSource* source = nullptr;
-
-  void radiance(const sim::Scene& scene, std::uint64_t index, std::span<float> out) const {
-    if (readout_s == 0 || scene.motion().turn_rad_per_s == 0) {
-      rays.render(scene, scene.state_at(index), {0, rays.height()}, out);
-      return;
-    }
-    // Each row of a rolling shutter has its own instant; the centre row has the frame's.
-    for (int j = 0; j < rays.height(); ++j) {
-      const double offset_s = (j - (rays.height() - 1) / 2.0) * readout_s;
-      rays.render(scene, scene.state_at(index, offset_s), {j, j + 1}, out);
-    }
-  }
-
-  /// Light as the flicker leaves it for each row of a picture. Frames are due at even times, and exposed before.
-  void flicker(std::uint64_t index, double exposure_s, std::span<const float> steady, std::span<float> out) const {
-    const double exposed_s = source->takes_time ? exposure_s : 0;
-    const double middle_s = static_cast<double>(index) / source->frame_rate - exposed_s / 2;
-    const auto width = 3 * static_cast<std::size_t>(rays.width());
-    for (int j = 0; j < rays.height(); ++j) {
-      const double row_s = middle_s + (j - (rays.height() - 1) / 2.0) * readout_s;
-      const auto factor = static_cast<float>(source->flicker.factor(row_s, exposed_s));
-      const std::size_t begin = static_cast<std::size_t>(j) * width;
-      for (std::size_t k = begin; k < begin + width; ++k) out[k] = steady[k] * factor;
-    }
-  }
-};
-
 /// Says how far the rendering is, once it has taken long enough to be worth a word.
 class Reporter {
  public:
@@ -166,8 +133,7 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source,
   lens_start_ = {0};
   for (const LensParameters& lens : source.rig->lenses) {
     const int samples = sim::samples_for(lens, source.scene->panorama({}));
-    lenses.push_back(
-        {sim::LensRays(lens, samples), sim::Sensor(lens, source.sensor), source.readout_s, &source});
+    lenses.push_back({sim::LensRays(lens, samples), sim::Sensor(lens, source.sensor), source.timing});
     lens_start_.push_back(lens_start_.back() + lenses.back().sensor.bytes());
   }
   memory_.assign(lens_start_.back() * plan.pictures(), std::byte{0});
@@ -178,13 +144,10 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source,
     std::vector<std::vector<float>> radiance(lenses.size());
     std::vector<float> flickering;
     // Pictures of a still scene follow each other in the same state: the light is rendered once.
-    const bool still = source.scene->motion().turn_rad_per_s == 0;
     std::uint64_t rendered = ~std::uint64_t{0};
-    const auto lamps = [&](std::uint64_t index) { return source.scene->state_at(index).lamp_factor; };
     for (std::uint64_t p = next++; p < plan.pictures(); p = next++) {
       const std::uint64_t index = plan.scene_index_of_picture(p);
-      const bool same = rendered != ~std::uint64_t{0} &&
-                        (index == rendered || (still && lamps(index) == lamps(rendered)));
+      const bool same = rendered != ~std::uint64_t{0} && same_light(*source.scene, index, rendered);
       for (std::size_t l = 0; l < lenses.size(); ++l) {
         const sim::LensRays& rays = lenses[l].rays;
         if (!same) {
@@ -193,7 +156,7 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source,
           lenses[l].radiance(*source.scene, index, radiance[l]);
         }
         std::span<const float> light = radiance[l];
-        if (source.flicker.hz > 0) {
+        if (source.timing.flicker.hz > 0) {
           flickering.resize(light.size());
           lenses[l].flicker(index, source.exposure_s[p % plan.bracket], light, flickering);
           light = flickering;

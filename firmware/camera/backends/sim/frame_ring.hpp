@@ -11,7 +11,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "sim/flicker.hpp"
+#include "camera/backends/sim/lens_renderer.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"
 
@@ -61,10 +61,7 @@ struct RingSource {
   sim::SensorModel sensor;
   std::vector<double> exposure_s;  ///< The bracket.
   double gain = 1;
-  double readout_s = 0;
-  sim::MainsFlicker flicker;
-  double frame_rate = 30;     ///< At which the pictures of a flickering scene follow each other.
-  bool takes_time = true;     ///< False for the ideal sensor, whose exposures are instants.
+  ExposureTiming timing;
 };
 
 /// Called from any rendering thread, one at a time, with the share that is done, 0 to 1.

@@ -5,20 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "sim/panorama.hpp"
-#include "sim/rigs.hpp"
-
 namespace lightwell {
 
 namespace {
 
 // CLOCK_MONOTONIC, by libstdc++'s definition: the probe's clock.
 using Clock = std::chrono::steady_clock;
-
-// Scene time needs a rate even where frames have none.
-constexpr double kNominalRate = 30;
-// No exposure of ours is shorter: what a small sensor can do.
-constexpr double kShortestExposure = 1e-6;
 
 ProbeTime probe_time(Clock::time_point t) {
   return {std::chrono::duration_cast<std::chrono::nanoseconds>(t.time_since_epoch()).count()};
@@ -30,88 +22,14 @@ SimBackend::SimBackend(SimOptions options) : options_(std::move(options)) {}
 
 SimBackend::~SimBackend() { stop(); }
 
-double SimBackend::scene_rate() const {
-  return options_.frame_rate > 0 ? options_.frame_rate : kNominalRate;
-}
-
 Result<CameraInfo> SimBackend::open() {
-  if (scene_) return Status(StatusCode::failed_precondition, "sim: the camera is open already");
-  if (options_.rig == "equirect") options_.height = options_.width / 2;
-  const auto failed = [](const Status& status) {
-    return Status(status.code(), "sim: " + status.message());
-  };
-  Result<RigParameters> rig =
-      sim::make_rig(options_.rig, options_.width, options_.height, options_.sensor);
-  if (!rig) return failed(rig.status());
-  rig_ = std::move(*rig);
-
-  const Result<std::string> path = sim::scene_path(options_.scene);
-  if (!path) return failed(path.status());
-  Result<sim::Panorama> panorama = sim::load_panorama(*path);
-  if (!panorama) return failed(panorama.status());
-  cleaning_ = panorama->cleaning;
-
-  if (options_.exposure_s.empty()) options_.exposure_s = {suitable_exposure(*panorama)};
-  lower_rate();
-  const Result<RingPlan> plan = plan_ring();
-  if (!plan) return plan.status();
-
-  sim::Motion motion;
-  motion.turn_rad_per_s = options_.turn_rad_per_s;
-  motion.frame_rate = scene_rate();
-  motion.cycle_frames = plan->cycle;
-  motion.switch_period_frames = plan->switch_period;
-  scene_.emplace(std::move(*panorama), motion);
-
-  RingSource source;
-  source.scene = &*scene_;
-  source.rig = &rig_;
-  source.sensor = sim::sensor_of(rig_, options_.sensor, options_.seed);
-  source.exposure_s = options_.exposure_s;
-  source.gain = options_.gain;
-  source.readout_s = options_.readout_s;
-  source.flicker = {plan->periods_per_frame * scene_rate(), options_.flicker.depth};
-  source.frame_rate = scene_rate();
-  source.takes_time = options_.sensor != PixelFormat::rgb_f32;
-  ring_.render(*plan, source, progress_);
+  if (world_) return Status(StatusCode::failed_precondition, "sim: the camera is open already");
+  Result<std::unique_ptr<SimWorld>> world = make_sim_world(options_);
+  if (!world) return world.status();
+  world_ = std::move(*world);
+  options_ = world_->options;
+  ring_.render(world_->plan, world_->source(), progress_);
   return describe();
-}
-
-double SimBackend::suitable_exposure(const sim::Panorama& panorama) const {
-  if (options_.sensor == PixelFormat::rgb_f32) return 1;
-  const double exposure =
-      sim::exposure_below_saturation(sim::sensor_of(rig_, options_.sensor, options_.seed),
-                                     sim::luminance_percentile(panorama, 0.99), options_.gain);
-  // A camera cannot expose for longer than a frame lasts.
-  return std::clamp(exposure, kShortestExposure, 1 / scene_rate());
-}
-
-double SimBackend::exposing_s(double exposure_s) const {
-  return options_.sensor == PixelFormat::rgb_f32 ? 0 : exposure_s;
-}
-
-void SimBackend::lower_rate() {
-  double busy_s = options_.height * options_.readout_s;
-  for (const double e : options_.exposure_s) busy_s = std::max(busy_s, exposing_s(e));
-  // Of a rate of 0 nothing is promised.
-  if (busy_s > 0) options_.frame_rate = std::min(options_.frame_rate, 1 / busy_s);
-}
-
-Result<RingPlan> SimBackend::plan_ring() const {
-  RingRequest request;
-  request.frames = options_.ring;
-  request.bracket = options_.exposure_s.size();
-  for (const LensParameters& lens : rig_.lenses) {
-    request.bytes_per_picture +=
-        picture_bytes(options_.sensor, packed_stride(options_.sensor, lens.width), lens.height);
-  }
-  if (options_.switch_s > 0) {
-    const double frames = std::clamp(options_.switch_s * scene_rate(), 1.0, 1e6);
-    request.switch_period = static_cast<std::uint64_t>(std::llround(frames));
-  }
-  request.periods_per_frame = options_.flicker.hz / scene_rate();
-  const bool moves = options_.turn_rad_per_s != 0 || options_.flicker.hz > 0;
-  return moves ? plan_moving(request) : plan_still(request);
 }
 
 CameraInfo SimBackend::describe() const {
@@ -120,15 +38,15 @@ CameraInfo SimBackend::describe() const {
   info.width = options_.width;
   info.height = options_.height;
   info.format = options_.sensor;
-  info.lenses = static_cast<int>(rig_.lenses.size());
+  info.lenses = static_cast<int>(world_->rig.lenses.size());
   info.frame_rate = options_.frame_rate;
   info.exposure_s = options_.exposure_s;
-  info.calibration = rig_;
-  if (cleaning_.any()) {
+  info.calibration = world_->rig;
+  if (cleaning().any()) {
     info.notes.push_back("the panorama held numbers that are no radiance: replaced " +
-                         std::to_string(cleaning_.nan) + " NaN, " +
-                         std::to_string(cleaning_.infinite) + " infinite, " +
-                         std::to_string(cleaning_.negative) + " negative values");
+                         std::to_string(cleaning().nan) + " NaN, " +
+                         std::to_string(cleaning().infinite) + " infinite, " +
+                         std::to_string(cleaning().negative) + " negative values");
   }
   const RingPlan& plan = ring_.plan();
   if (plan.pictures() < plan.wanted) {
@@ -136,7 +54,7 @@ CameraInfo SimBackend::describe() const {
                          std::to_string(plan.wanted) + " would take more than 1 GiB");
   }
   if (options_.flicker.hz > 0) {
-    const double hz = plan.periods_per_frame * scene_rate();
+    const double hz = plan.periods_per_frame * scene_rate(options_);
     if (std::abs(hz - options_.flicker.hz) > 1e-6 * hz) {
       info.notes.push_back("light flickers at " + std::to_string(hz) + " Hz, so that " +
                            std::to_string(plan.cycle) + " frames hold a whole number of periods");
@@ -146,7 +64,7 @@ CameraInfo SimBackend::describe() const {
 }
 
 Status SimBackend::start(FrameSink& sink) {
-  if (!scene_) return {StatusCode::failed_precondition, "sim: open the camera before starting it"};
+  if (!world_) return {StatusCode::failed_precondition, "sim: open the camera before starting it"};
   if (thread_.joinable()) return {StatusCode::failed_precondition, "sim: the camera is running"};
   stopping_ = false;
   state_ = State::streaming;
@@ -212,8 +130,8 @@ void SimBackend::push_frame(FrameSink& sink, std::uint64_t sequence, ProbeTime d
   const RingPlan& plan = ring_.plan();
   const std::uint64_t picture = plan.picture(sequence);
   Frame frame(*this, static_cast<int>(picture));
-  for (std::size_t lens = 0; lens < rig_.lenses.size(); ++lens) {
-    const LensParameters& parameters = rig_.lenses[lens];
+  for (std::size_t lens = 0; lens < world_->rig.lenses.size(); ++lens) {
+    const LensParameters& parameters = world_->rig.lenses[lens];
     frame.add_view({static_cast<int>(lens), options_.sensor, parameters.width, parameters.height,
                     packed_stride(options_.sensor, parameters.width), ring_.view(picture, lens)});
   }
@@ -226,7 +144,7 @@ void SimBackend::push_frame(FrameSink& sink, std::uint64_t sequence, ProbeTime d
   info.row_readout = Duration::from_seconds(options_.readout_s);
   // Without ticks frames come as densely as exposures may not: equal delays keep their order.
   const double exposing =
-      exposing_s(options_.frame_rate > 0
+      exposing_s(options_, options_.frame_rate > 0
                      ? info.exposure_s
                      : *std::max_element(options_.exposure_s.begin(), options_.exposure_s.end()));
   info.mid_exposure =

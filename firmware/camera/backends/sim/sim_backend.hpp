@@ -8,14 +8,13 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include "camera/backend.hpp"
 #include "camera/backends/sim/frame_ring.hpp"
 #include "camera/backends/sim/sim_options.hpp"
+#include "camera/backends/sim/sim_world.hpp"
 #include "camera/uri.hpp"
-#include "sim/scene.hpp"
 
 namespace lightwell {
 
@@ -43,9 +42,9 @@ class SimBackend final : public CameraBackend, public FrameOwner {
   [[nodiscard]] State state() const override { return state_; }
 
   /// After open(): what had to be replaced in the panorama's file.
-  [[nodiscard]] const sim::Cleaning& cleaning() const { return cleaning_; }
+  [[nodiscard]] const sim::Cleaning& cleaning() const { return world_->cleaning; }
   /// After open(): the world, for Scene::state_at() and Scene::radiance().
-  [[nodiscard]] const sim::Scene& scene() const { return *scene_; }
+  [[nodiscard]] const sim::Scene& scene() const { return world_->scene; }
   /// The index for Scene::state_at() of the frame with this number.
   [[nodiscard]] std::uint64_t scene_index(std::uint64_t sequence) const {
     return ring_.plan().scene_index(sequence);
@@ -54,20 +53,13 @@ class SimBackend final : public CameraBackend, public FrameOwner {
   void release(int slot) override;
 
  private:
-  [[nodiscard]] double suitable_exposure(const sim::Panorama& panorama) const;
-  [[nodiscard]] Result<RingPlan> plan_ring() const;
-  [[nodiscard]] double scene_rate() const;
   [[nodiscard]] CameraInfo describe() const;
   void run(FrameSink& sink);
   void push_frame(FrameSink& sink, std::uint64_t sequence, ProbeTime due);
-  [[nodiscard]] double exposing_s(double exposure_s) const;
-  void lower_rate();
 
-  SimOptions options_;
+  SimOptions options_;  ///< As in force, once open() has succeeded.
   RenderProgress progress_;
-  RigParameters rig_;
-  sim::Cleaning cleaning_;
-  std::optional<sim::Scene> scene_;  ///< Set once open() has succeeded.
+  std::unique_ptr<SimWorld> world_;  ///< Set once open() has succeeded.
   FrameRing ring_;
 
   std::atomic<State> state_{State::idle};
