@@ -1,0 +1,146 @@
+#include "usb_camera/controls.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "usb_camera/descriptors.hpp"
+
+namespace lightwell::usb_camera {
+
+namespace {
+
+// Places in the table below.
+constexpr std::size_t kMode = 0, kExposure = 1, kGain = 2, kWhite = 3, kAutoWhite = 4, kPowerLine = 5;
+
+constexpr std::uint32_t kManual = 1, kAperturePriority = 8;
+constexpr double kExposuresPerSecond = 10'000, kGainCodes = 100;
+
+struct Spec {
+  std::uint8_t unit, selector;
+  int bit;  ///< In bmControls.
+  std::uint8_t length;
+  std::uint32_t min, max, res, initial;
+  bool bitmap = false;  ///< Its resolution is the set of its values, and it has no least and largest.
+};
+
+constexpr std::array<Spec, 6> kSpecs = {{
+    {kCameraTerminal, 0x02, 1, 1, 0, 0, kManual | kAperturePriority, kAperturePriority, true},
+    {kCameraTerminal, 0x04, 3, 4, 1, 10'000, 1, 100},
+    {kProcessingUnit, 0x04, 9, 2, 100, 400, 1, 100},
+    {kProcessingUnit, 0x0A, 6, 2, 2800, 8000, 10, kNeutralKelvin},
+    {kProcessingUnit, 0x0B, 12, 1, 0, 1, 1, 1},
+    {kProcessingUnit, 0x05, 10, 1, 0, 2, 1, 0},
+}};
+
+std::optional<std::size_t> find(std::uint8_t unit, std::uint8_t selector) {
+  for (std::size_t i = 0; i < kSpecs.size(); ++i)
+    if (kSpecs[i].unit == unit && kSpecs[i].selector == selector) return i;
+  return std::nullopt;
+}
+
+ControlReply number(std::uint32_t value, std::size_t bytes) {
+  ControlReply reply;
+  put(reply.data, value, bytes);
+  return reply;
+}
+
+bool allowed(const Spec& spec, std::uint32_t value) {
+  // Of several automatics exactly one can be in force.
+  if (spec.bitmap) return (value & spec.res) == value && value != 0 && (value & (value - 1)) == 0;
+  return value >= spec.min && value <= spec.max && (value - spec.min) % spec.res == 0;
+}
+
+}  // namespace
+
+std::uint32_t control_bitmap(std::uint8_t unit) {
+  std::uint32_t bits = 0;
+  for (const Spec& spec : kSpecs)
+    if (spec.unit == unit) bits |= 1U << spec.bit;
+  return bits;
+}
+
+Controls::Controls() { reset(); }
+
+void Controls::reset() {
+  for (std::size_t i = 0; i < kSpecs.size(); ++i) values_[i] = kSpecs[i].initial;
+}
+
+void Controls::set_automatic(double exposure_s, double longest_s) {
+  automatic_s_ = exposure_s;
+  longest_s_ = longest_s;
+}
+
+bool Controls::automatic(std::size_t control) const {
+  if (control == kExposure) return values_[kMode] != kManual;
+  return control == kWhite && values_[kAutoWhite] != 0;
+}
+
+double Controls::automatic_exposure_s() const {
+  double exposure = std::min(automatic_s_ / (values_[kGain] / kGainCodes), longest_s_);
+  if (values_[kPowerLine] != 0) {
+    // Light swings twice a period; an exposure of whole swings does not see it. A shorter one cannot help seeing it.
+    const double swings_per_s = values_[kPowerLine] == 1 ? 100 : 120;
+    const double swings = std::floor(exposure * swings_per_s);
+    if (swings >= 1) exposure = swings / swings_per_s;
+  }
+  return exposure;
+}
+
+std::uint32_t Controls::current(std::size_t control) const {
+  const Spec& spec = kSpecs[control];
+  if (!automatic(control)) return values_[control];
+  if (control == kWhite) return kNeutralKelvin;
+  const double codes = std::round(automatic_exposure_s() * kExposuresPerSecond);
+  return static_cast<std::uint32_t>(std::clamp<double>(codes, spec.min, spec.max));
+}
+
+RequestError Controls::set(std::size_t control, std::span<const std::uint8_t> data) {
+  const Spec& spec = kSpecs[control];
+  if (data.size() != spec.length) return RequestError::invalid_request;
+  if (automatic(control)) return RequestError::wrong_state;
+  const std::uint32_t value = get(data, 0, spec.length);
+  if (!allowed(spec, value)) return RequestError::out_of_range;
+  // Who takes over from an automatic goes on from where it was.
+  if (control == kMode && value == kManual) values_[kExposure] = current(kExposure);
+  if (control == kAutoWhite && value == 0) values_[kWhite] = current(kWhite);
+  values_[control] = value;
+  ++sets_;
+  return RequestError::none;
+}
+
+ControlReply Controls::request(std::uint8_t unit, std::uint8_t selector, ControlRequest request,
+                               std::span<const std::uint8_t> data) {
+  if (control_bitmap(unit) == 0) return {RequestError::invalid_unit, {}};
+  const std::optional<std::size_t> found = find(unit, selector);
+  if (!found) return {RequestError::invalid_control, {}};
+  const Spec& spec = kSpecs[*found];
+  switch (request) {
+    case ControlRequest::set_cur: return {set(*found, data), {}};
+    case ControlRequest::get_cur: return number(current(*found), spec.length);
+    case ControlRequest::get_min:
+    case ControlRequest::get_max:
+      if (spec.bitmap) break;
+      return number(request == ControlRequest::get_min ? spec.min : spec.max, spec.length);
+    case ControlRequest::get_res: return number(spec.res, spec.length);
+    case ControlRequest::get_def: return number(spec.initial, spec.length);
+    case ControlRequest::get_len: return number(spec.length, 2);
+    case ControlRequest::get_info: {
+      // May be read and set; what an automatic can have changes by itself, and is disabled while it does (table 4-3).
+      const bool follows = *found == kExposure || *found == kWhite;
+      return number(0x03U | (follows ? 0x08U : 0U) | (automatic(*found) ? 0x04U : 0U), 1);
+    }
+  }
+  return {RequestError::invalid_request, {}};
+}
+
+SensorSettings Controls::settings() const {
+  SensorSettings settings;
+  // A quotient is the double nearest to the decimal number, as whoever writes "0.3ms" gets it.
+  settings.exposure_s = automatic(kExposure) ? automatic_exposure_s() : values_[kExposure] / kExposuresPerSecond;
+  settings.gain = values_[kGain] / kGainCodes;
+  settings.kelvin = static_cast<int>(current(kWhite));
+  return settings;
+}
+
+}  // namespace lightwell::usb_camera

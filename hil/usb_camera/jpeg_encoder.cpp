@@ -1,0 +1,84 @@
+#include "usb_camera/jpeg_encoder.hpp"
+
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+// jpeglib.h leaves the definition of FILE to whoever includes it, so it comes after <cstdio>.
+#include <jpeglib.h>
+
+namespace lightwell::usb_camera {
+
+namespace {
+
+struct Failure {
+  jpeg_error_mgr manager;
+  std::jmp_buf back;
+  char text[JMSG_LENGTH_MAX];
+};
+
+[[noreturn]] void fail(j_common_ptr info) {
+  auto* const failure = reinterpret_cast<Failure*>(info->err);
+  info->err->format_message(info, failure->text);
+  std::longjmp(failure->back, 1);
+}
+
+void say_nothing(j_common_ptr, int) {}
+
+/// One attempt. `memory` and `bytes` are libjpeg's. Nothing with a destructor lives here: errors jump out.
+bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failure, unsigned char** memory,
+              unsigned long* bytes) {
+  jpeg_compress_struct info{};
+  info.err = jpeg_std_error(&failure.manager);
+  failure.manager.error_exit = fail;
+  failure.manager.emit_message = say_nothing;
+  if (setjmp(failure.back) != 0) {
+    jpeg_destroy_compress(&info);
+    return false;
+  }
+  jpeg_create_compress(&info);
+  jpeg_mem_dest(&info, memory, bytes);
+  info.image_width = static_cast<JDIMENSION>(size.width);
+  info.image_height = static_cast<JDIMENSION>(size.height);
+  info.input_components = 3;
+  info.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, quality, TRUE);
+  info.comp_info[0].h_samp_factor = 2;
+  info.comp_info[0].v_samp_factor = 1;
+  // To the bit the same whatever vector unit a machine has.
+  info.dct_method = JDCT_ISLOW;
+  jpeg_start_compress(&info, TRUE);
+  while (info.next_scanline < info.image_height) {
+    // libjpeg does not write to what it compresses; its interface is older than const.
+    auto* row = reinterpret_cast<JSAMPROW>(const_cast<std::byte*>(rgb)) +
+                3 * static_cast<std::size_t>(info.next_scanline) * static_cast<std::size_t>(size.width);
+    jpeg_write_scanlines(&info, &row, 1);
+  }
+  jpeg_finish_compress(&info);
+  jpeg_destroy_compress(&info);
+  return true;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
+                                           std::size_t most) {
+  for (;; quality -= 5) {
+    Failure failure{};
+    unsigned char* memory = nullptr;
+    unsigned long bytes = 0;
+    const bool done = compress(rgb.data(), size, quality, failure, &memory, &bytes);
+    const auto* const begin = reinterpret_cast<const std::byte*>(memory);
+    std::vector<std::byte> out;
+    if (done && bytes <= most) out.assign(begin, begin + bytes);
+    std::free(memory);
+    if (!done) return Status(StatusCode::internal, std::string("JPEG: ") + failure.text);
+    if (!out.empty()) return out;
+    if (quality <= 5)
+      return Status(StatusCode::internal, "JPEG: no quality makes this picture fit " + std::to_string(most) + " bytes");
+  }
+}
+
+}  // namespace lightwell::usb_camera

@@ -1,0 +1,98 @@
+// Pictures of the product's own scene and sensor model, rendered ahead by threads of their own and kept: the same bytes
+// that the simulated camera (firmware/camera/backends/sim) delivers with the same options.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include "usb_camera/frame_source.hpp"
+#include "usb_camera/studio.hpp"
+
+namespace lightwell::usb_camera {
+
+struct SceneOptions {
+  std::string uri = "sim:city?rig=single";  ///< Of the simulated camera; no sensor, which the host chooses.
+  int lens = 0;          ///< Of the rig: a USB camera has one. A pair of them is two cameras.
+  int jpeg_quality = 90;
+  int threads = 2;       ///< That render.
+  std::size_t memory = std::size_t{1} << 30;  ///< Of pictures kept; those not wanted for longest go first.
+};
+
+struct RenderCounts {
+  std::uint64_t rendered = 0;
+  std::uint64_t kept = 0, kept_bytes = 0;
+  double render_s = 0;  ///< Spent on all of them together.
+  std::uint64_t failed = 0;
+};
+
+class SceneSource final : public FrameSource {
+ public:
+  /// `ready` is called from a rendering thread when a picture is; it must return at once. Errors of parse_sim_options()
+  /// and of reading the scene.
+  [[nodiscard]] static Result<std::unique_ptr<SceneSource>> open(SceneOptions options, std::function<void()> ready);
+  ~SceneSource() override;
+
+  /// Another scene, in the format in force; pictures of the old one are forgotten. Reads a file: takes a tenth of a
+  /// second. After an error everything is as it was.
+  [[nodiscard]] Status set_scene(const std::string& uri);
+  /// Renders all pictures that a stream of this format and these exposures cycles through, and waits for them.
+  /// `exposure_s` empty: the automatic one.
+  [[nodiscard]] Status render_ahead(const StreamFormat& format, const std::vector<double>& exposure_s);
+
+  [[nodiscard]] Status configure(const StreamFormat& format) override;
+  [[nodiscard]] double automatic_exposure_s() const override;
+  [[nodiscard]] double readout_s() const override;
+  [[nodiscard]] Picture picture(std::uint64_t number, const SensorSettings& settings) override;
+  void order(std::uint64_t number, const SensorSettings& settings) override;
+
+  [[nodiscard]] RenderCounts counts() const;
+  [[nodiscard]] const std::string& uri() const { return options_.uri; }
+
+ private:
+  /// Studio, number of the picture, exposure in nanoseconds, gain in thousandths, kelvin.
+  using Key = std::tuple<std::uint64_t, std::uint64_t, std::int64_t, std::int64_t, int>;
+  struct Kept {
+    Picture picture;
+    std::uint64_t used = 0;
+  };
+  struct Job {
+    Key key;
+    std::shared_ptr<Studio> studio;
+    std::uint64_t picture = 0;
+    SensorSettings settings;
+  };
+
+  SceneSource(SceneOptions options, std::function<void()> ready, std::uint64_t serial, std::shared_ptr<Studio> studio);
+  [[nodiscard]] Job job(std::uint64_t number, const SensorSettings& settings) const;
+  void enqueue(Job job, bool first);
+  void work();
+  void keep(const Key& key, Picture picture);
+
+  SceneOptions options_;
+  std::function<void()> ready_;
+  /// Of the formats used last; a number tells the pictures of one from those of another.
+  std::deque<std::pair<std::uint64_t, std::shared_ptr<Studio>>> studios_;
+  std::uint64_t next_studio_ = 1;
+
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  std::condition_variable wake_, finished_;
+  bool stopping_ = false;
+  std::deque<Job> jobs_;
+  std::set<Key> pending_;  ///< Queued or being rendered.
+  std::map<Key, Kept> kept_;
+  std::uint64_t clock_ = 0;
+  RenderCounts counts_;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace lightwell::usb_camera

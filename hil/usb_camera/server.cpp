@@ -1,0 +1,153 @@
+#include "usb_camera/server.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <utility>
+#include <vector>
+
+namespace lightwell::usb_camera {
+
+namespace {
+
+constexpr std::size_t kMostClients = 8, kLongestLine = 4096, kMostUnread = std::size_t{16} << 20;
+
+}  // namespace
+
+CameraTime camera_now() { return {monotonic_now_ns()}; }
+
+Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options, Subject subject) {
+  std::unique_ptr<Server> server(new Server(std::move(subject)));
+  server->subject_.cable = server.get();
+  server->subject_.sink = server.get();
+  Result<Listener> redir = Listener::at(options.redir_path);
+  if (!redir) return redir.status();
+  server->redir_ = std::move(*redir);
+  if (!options.control_path.empty()) {
+    Result<Listener> control = Listener::at(options.control_path);
+    if (!control) return control.status();
+    server->control_ = std::move(*control);
+  }
+  server->event_ = FileDescriptor(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
+  if (!server->event_.open())
+    return Status(StatusCode::resource_exhausted, std::string("no eventfd: ") + std::strerror(errno));
+  return server;
+}
+
+Server::~Server() = default;
+
+void Server::wake() {
+  const std::uint64_t one = 1;
+  // Full is as awake as can be.
+  [[maybe_unused]] const ssize_t written = ::write(event_.get(), &one, sizeof one);
+}
+
+void Server::stop() {
+  stopping_ = true;
+  wake();
+}
+
+void Server::complete(std::uint64_t id, TransferStatus status, std::span<const std::uint8_t> data) {
+  if (port_ != nullptr) port_->complete(id, status, data);
+}
+
+void Server::close_port() {
+  port_.reset();
+  subject_.device->stream().reset();
+}
+
+void Server::unplug(bool close) {
+  plugged_ = false;
+  subject_.device->stream().reset();
+  if (port_ == nullptr) return;
+  port_->unplug();
+  if (!close) return;
+  // What is said last need not arrive: a connection that ends says it too.
+  (void)port_->write();
+  close_port();
+}
+
+void Server::plug() {
+  plugged_ = true;
+  subject_.device->power_on();
+  if (port_ != nullptr) port_->plug();
+}
+
+void Server::serve_port() {
+  if (port_ == nullptr && plugged_) {
+    if (FileDescriptor host = redir_->accept(); host.open()) {
+      subject_.device->power_on();
+      port_ = std::make_unique<RedirPort>(*subject_.device, std::move(host), plugged_);
+    }
+  }
+  if (port_ == nullptr) return;
+  const bool alive = !port_->wants_read() || port_->read();
+  subject_.device->stream().run(camera_now(), *port_);
+  if (!alive || !port_->write()) close_port();
+}
+
+bool Server::serve(Client& client) {
+  std::array<char, 4096> buffer{};
+  const ssize_t n = ::recv(client.socket.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+  if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) return false;
+  if (n > 0) client.in.append(buffer.data(), static_cast<std::size_t>(n));
+  for (std::size_t end = client.in.find('\n'); end != std::string::npos; end = client.in.find('\n')) {
+    client.out += carry_out(std::string_view(client.in).substr(0, end), subject_, camera_now()) + "\n";
+    client.in.erase(0, end + 1);
+  }
+  const ssize_t sent = ::send(client.socket.get(), client.out.data(), client.out.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (sent > 0) client.out.erase(0, static_cast<std::size_t>(sent));
+  return client.in.size() <= kLongestLine && client.out.size() <= kMostUnread;
+}
+
+void Server::serve_clients() {
+  if (!control_) return;
+  for (FileDescriptor socket = control_->accept(); socket.open(); socket = control_->accept()) {
+    if (clients_.size() < kMostClients) clients_.push_back({std::move(socket), {}, {}});
+  }
+  clients_.remove_if([this](Client& client) { return !serve(client); });
+}
+
+Status Server::wait() {
+  std::vector<pollfd> fds = {{event_.get(), POLLIN, 0}};
+  // While one host is there, or none may be, the next one waits in the socket's queue.
+  if (port_ == nullptr && plugged_) fds.push_back({redir_->get(), POLLIN, 0});
+  if (port_ != nullptr) {
+    const int events = (port_->wants_read() ? POLLIN : 0) | (port_->wants_write() ? POLLOUT : 0);
+    fds.push_back({port_->socket(), static_cast<short>(events), 0});
+  }
+  if (control_) fds.push_back({control_->get(), POLLIN, 0});
+  for (const Client& client : clients_)
+    fds.push_back({client.socket.get(), static_cast<short>(POLLIN | (client.out.empty() ? 0 : POLLOUT)), 0});
+
+  std::optional<std::timespec> patience;
+  if (const std::optional<CameraTime> due = subject_.device->stream().next_due(); due && port_ != nullptr) {
+    const std::int64_t ns = std::max<std::int64_t>(0, (*due - camera_now()).ns);
+    patience = std::timespec{static_cast<std::time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
+  }
+  if (::ppoll(fds.data(), fds.size(), patience ? &*patience : nullptr, nullptr) < 0 && errno != EINTR)
+    return {StatusCode::unavailable, std::string("poll: ") + std::strerror(errno)};
+  std::uint64_t rung = 0;
+  [[maybe_unused]] const ssize_t read = ::read(event_.get(), &rung, sizeof rung);
+  return {};
+}
+
+Status Server::run() {
+  while (!stopping_) {
+    if (Status waited = wait(); !waited.ok()) return waited;
+    serve_clients();
+    serve_port();
+  }
+  // The host learns that the camera has gone from the connection's end.
+  close_port();
+  return {};
+}
+
+}  // namespace lightwell::usb_camera

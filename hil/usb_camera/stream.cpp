@@ -1,0 +1,256 @@
+#include "usb_camera/stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "usb_camera/frame_stamp.hpp"
+
+namespace lightwell::usb_camera {
+
+namespace {
+
+// A machine that slept for longer has missed frames that nobody wants listed one by one.
+constexpr int kMostMissed = 10'000;
+
+Duration seconds(double s) { return {std::llround(s * 1e9)}; }
+
+/// Takes one from a count of faults to come.
+bool take(std::uint64_t& count) {
+  if (count == 0) return false;
+  --count;
+  return true;
+}
+
+}  // namespace
+
+Stream::Stream(const StreamOptions& options, FrameSource& source, FrameLog& log)
+    : options_(options), source_(source), log_(log), settings_(options.control_latency) {}
+
+Status Stream::arm(const Agreement& agreement, const SensorSettings& settings) {
+  stop();
+  agreement_.reset();
+  state_ = State::idle;
+  if (Status configured = source_.configure(agreement.format); !configured.ok()) return configured;
+  agreement_ = agreement;
+  readout_s_ = source_.readout_s();
+  latest_ = settings;
+  state_ = State::armed;
+  return {};
+}
+
+void Stream::stop() {
+  abort_frame();
+  if (agreement_) state_ = State::armed;
+}
+
+void Stream::reset() {
+  abort_frame();
+  state_ = State::idle;
+  agreement_.reset();
+  transfers_.clear();
+  halted_ = false;
+}
+
+void Stream::set(const SensorSettings& settings) {
+  latest_ = settings;
+  if (state_ != State::running) return;
+  settings_.set(settings, next_);
+  order_ahead();
+}
+
+void Stream::submit(std::uint64_t id, std::size_t length, TransferSink& sink) {
+  if (halted_) return sink.complete(id, TransferStatus::stalled, {});
+  if (transfers_.size() >= kMostTransfers || length > kLongestTransfer)
+    return sink.complete(id, TransferStatus::refused, {});
+  if (length == 0) return sink.complete(id, TransferStatus::success, {});
+  transfers_.push_back({id, length});
+}
+
+void Stream::cancel(std::uint64_t id, TransferSink& sink) {
+  const auto found =
+      std::find_if(transfers_.begin(), transfers_.end(), [&](const Transfer& transfer) { return transfer.id == id; });
+  if (found == transfers_.end()) return;
+  transfers_.erase(found);
+  sink.complete(id, TransferStatus::cancelled, {});
+}
+
+void Stream::halt(TransferSink& sink) {
+  halted_ = true;
+  abort_frame();
+  while (!transfers_.empty()) {
+    const std::uint64_t id = transfers_.front().id;
+    transfers_.pop_front();
+    sink.complete(id, TransferStatus::stalled, {});
+  }
+}
+
+void Stream::clear_halt() {
+  halted_ = false;
+  stop();
+}
+
+double Stream::interval_s(const SensorSettings& settings) const {
+  if (options_.pace == Pace::free) return 0;
+  // A camera cannot expose for longer than a frame lasts: its frames last longer then.
+  return std::max(1.0 / agreement_->format.rate, settings.exposure_s + readout_s_);
+}
+
+FrameRecord Stream::record(CameraTime due) const {
+  FrameRecord out;
+  out.stream = streams_;
+  out.number = next_;
+  out.settings = settings_.at(next_);
+  out.began = due - seconds(out.settings.exposure_s + readout_s_);
+  return out;
+}
+
+void Stream::drop(FrameRecord record, Outcome outcome) {
+  record.outcome = outcome;
+  log_.add(record);
+}
+
+void Stream::abort_frame() {
+  if (!sending_) return;
+  FrameRecord record = sending_->record;
+  record.sent = sending_->cutter.sent();
+  record.outcome = Outcome::aborted;
+  log_.add(record);
+  sending_.reset();
+}
+
+void Stream::start(CameraTime now) {
+  ++streams_;
+  next_ = 0;
+  frame_id_ = false;
+  settings_.start(latest_);
+  due_ = now + seconds(interval_s(settings_.at(0)));
+  state_ = State::running;
+}
+
+void Stream::order_ahead() {
+  for (int i = 0; i < options_.ahead; ++i) {
+    const std::uint64_t number = next_ + static_cast<std::uint64_t>(i);
+    source_.order(number, settings_.at(number));
+  }
+}
+
+/// Of a frame that is due: why it is not even tried.
+std::optional<Outcome> Stream::withheld(CameraTime now) {
+  if (faults_.silent_until && now < *faults_.silent_until) return Outcome::silent;
+  faults_.silent_until.reset();
+  if (take(faults_.skip)) return Outcome::skipped;
+  return std::nullopt;
+}
+
+void Stream::begin(CameraTime due, Picture picture) {
+  FrameRecord r = record(due);
+  if (options_.stamp) picture = stamped(picture, agreement_->format.encoding, next_);
+  r.bytes = picture->size();
+  const std::span<const std::byte> all(*picture);
+  std::vector<std::span<const std::byte>> parts = {all};
+  const std::size_t third = all.size() / 3;
+  if (take(faults_.tear)) {
+    r.outcome = Outcome::torn;
+    parts = {all.first(third), all.last(third)};
+  } else if (take(faults_.shorten)) {
+    r.outcome = Outcome::shortened;
+    parts = {all.first(all.size() - third)};
+  } else if (take(faults_.mark)) {
+    r.outcome = Outcome::marked;
+  }
+  frame_id_ = !frame_id_;
+  const PayloadFields fields{frame_id_, r.outcome == Outcome::marked, clock_ticks(r.began)};
+  sending_.emplace(Sending{r, std::move(picture), PayloadCutter(std::move(parts), agreement_->payload_bytes, fields)});
+}
+
+void Stream::advance(CameraTime due) {
+  ++next_;
+  settings_.forget_before(next_);
+  due_ = due + seconds(interval_s(settings_.at(next_)));
+  order_ahead();
+}
+
+void Stream::run_at_rate(CameraTime now) {
+  for (int missed = 0; now >= due_ && missed < kMostMissed; ++missed) {
+    const FrameRecord frame = record(due_);
+    std::optional<Outcome> lost = withheld(now);
+    if (!lost && sending_ && sending_->cutter.begun()) lost = Outcome::busy;
+    if (!lost) {
+      Picture picture = source_.picture(next_, frame.settings);
+      if (picture == nullptr) {
+        lost = Outcome::unrendered;
+      } else {
+        if (sending_) drop(sending_->record, Outcome::replaced);
+        sending_.reset();
+        begin(due_, std::move(picture));
+      }
+    }
+    if (lost) drop(frame, *lost);
+    advance(due_);
+  }
+  if (now >= due_) due_ = now;
+}
+
+void Stream::run_for_guest(CameraTime now) {
+  wants_picture_ = false;
+  // A silent camera's time goes by, and its frames with it.
+  while (now >= due_ && !sending_ && !transfers_.empty()) {
+    if (const std::optional<Outcome> lost = withheld(now)) {
+      drop(record(now), *lost);
+      advance(now);
+      if (options_.pace == Pace::free && *lost == Outcome::silent) due_ = *faults_.silent_until;
+      continue;
+    }
+    Picture picture = source_.picture(next_, settings_.at(next_));
+    wants_picture_ = picture == nullptr;
+    if (wants_picture_) return;
+    begin(now, std::move(picture));
+    // Due when it was, where that was just now: rounding up to polls would lower the rate.
+    const bool prompt = now - due_ < seconds(interval_s(settings_.at(next_)));
+    advance(prompt ? due_ : now);
+  }
+}
+
+void Stream::send(CameraTime now, TransferSink& sink) {
+  while (sending_ && !transfers_.empty()) {
+    const Transfer transfer = transfers_.front();
+    transfers_.pop_front();
+    sending_->cutter.fill(transfer.length, now, buffer_);
+    if (sending_->cutter.done()) {
+      sending_->record.sent = sending_->cutter.sent();
+      log_.add(sending_->record);
+      sending_.reset();
+    }
+    sink.complete(transfer.id, TransferStatus::success, buffer_);
+    // The next frame of a host that sets the pace may begin in the next transfer.
+    if (!sending_ && options_.pace != Pace::rate) run_for_guest(now);
+  }
+}
+
+void Stream::run(CameraTime now, TransferSink& sink) {
+  if (halted_ || !agreement_) return;
+  if (state_ == State::armed && !transfers_.empty()) state_ = State::starting;
+  if (state_ == State::starting) {
+    // A sensor that ran while its first picture is being rendered would only count what it has not got.
+    if (source_.picture(0, latest_) == nullptr) return;
+    start(now);
+    order_ahead();
+  }
+  if (state_ != State::running) return;
+  if (options_.pace == Pace::rate) {
+    run_at_rate(now);
+  } else {
+    run_for_guest(now);
+  }
+  send(now, sink);
+}
+
+std::optional<CameraTime> Stream::next_due() const {
+  if (state_ != State::running || halted_) return std::nullopt;
+  if (options_.pace == Pace::rate) return due_;
+  if (sending_ || transfers_.empty() || wants_picture_) return std::nullopt;
+  return due_;
+}
+
+}  // namespace lightwell::usb_camera
