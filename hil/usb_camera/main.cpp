@@ -12,6 +12,7 @@
 #include "camera/uri_values.hpp"
 #include "usb_camera/scene_source.hpp"
 #include "usb_camera/server.hpp"
+#include "usb_camera/studio.hpp"
 
 namespace {
 
@@ -73,6 +74,24 @@ Result<Ahead> parse_ahead(const std::string& text, const Offer& offer) {
   return out;
 }
 
+std::string rig_of(const std::string& scene) {
+  const Result<CameraUri> uri = parse_camera_uri(scene);
+  std::string rig;
+  if (uri)
+    for (const auto& [name, value] : uri->parameters)
+      if (name == "rig") rig = value;
+  return rig;
+}
+
+int print_calibration(const std::string& of, const SceneOptions& scene) {
+  const Result<Ahead> what = parse_ahead(of, offer_for(rig_of(scene.uri)));
+  if (!what) return fail(kUsage, what.status());
+  const Result<std::shared_ptr<Studio>> studio = Studio::open(scene.uri, scene.lens, scene.jpeg_quality, what->format);
+  if (!studio) return fail(kBadInput, studio.status());
+  std::cout << calibration_to_text((*studio)->calibration());
+  return kOk;
+}
+
 std::string rendering_json(const SceneSource& source) {
   const RenderCounts c = source.counts();
   char text[200];
@@ -103,8 +122,9 @@ int main(int argc, char** argv) {
   DeviceOptions device_options;
   std::string log_path;
   std::vector<std::string> ahead_texts;
+  std::string calibration_of;
   std::size_t memory_mib = 1024;
-  app.add_option("--redir", sockets.redir_path, "Unix socket at which QEMU's chardev finds the camera")->required();
+  app.add_option("--redir", sockets.redir_path, "Unix socket at which QEMU's chardev finds the camera");
   app.add_option("--control", sockets.control_path, "Unix socket for commands; without it there are none");
   app.add_option("--scene", scene.uri, "What it shows: a URI of the simulated camera, without sensor=")
       ->capture_default_str();
@@ -132,12 +152,19 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(16, 65536))
       ->capture_default_str();
   app.add_option("--log", log_path, "File that gets a line of JSON for every frame");
+  app.add_option("--calibration", calibration_of,
+                 "Prints what the pixels of WIDTHxHEIGHT:FORMAT mean, for lightwelld --calibration, and ends");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   }
   scene.memory = memory_mib << 20;
+  if (!calibration_of.empty()) return print_calibration(calibration_of, scene);
+  if (sockets.redir_path.empty()) {
+    std::cerr << "lightwell-usb-camera: where is it plugged in? Give --redir; see --help\n";
+    return kUsage;
+  }
 
   // Signals have a server from the moment that there is one.
   std::unique_ptr<Server> server;
@@ -145,11 +172,7 @@ int main(int argc, char** argv) {
     if (running != nullptr) running->wake();
   });
   if (!source) return fail(kBadInput, source.status());
-  const Result<CameraUri> uri = parse_camera_uri(scene.uri);
-  std::string rig;
-  for (const auto& [name, value] : uri->parameters)
-    if (name == "rig") rig = value;
-  device_options.offer = offer_for(rig);
+  device_options.offer = offer_for(rig_of(scene.uri));
   for (const std::string& text : ahead_texts) {
     const Result<Ahead> ahead = parse_ahead(text, device_options.offer);
     if (!ahead) return fail(kUsage, ahead.status());

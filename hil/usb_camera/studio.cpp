@@ -104,6 +104,12 @@ std::shared_ptr<const sim::Sensor> Studio::sensor(int kelvin) {
   return sensor;
 }
 
+RigParameters Studio::calibration() const {
+  RigParameters rig = world_->rig;
+  rig.lenses = {rig.lenses[lens_]};
+  return rig;
+}
+
 Result<std::vector<std::byte>> Studio::render(std::uint64_t picture, const SensorSettings& settings) {
   const std::uint64_t index = plan().scene_index_of_picture(picture);
   const LensRenderer& lens = renderer();

@@ -31,6 +31,8 @@ class Studio {
   /// The URI's first exposure, or the one that suits the scene at gain 1.
   [[nodiscard]] double exposure_s() const { return world_->options.exposure_s.front(); }
   [[nodiscard]] double readout_s() const { return world_->options.readout_s; }
+  /// What each pixel of a picture means: the truth, which the simulation knows.
+  [[nodiscard]] RigParameters calibration() const;
   [[nodiscard]] const std::string& rig() const { return world_->options.rig; }
 
   /// Frame n shows picture plan().picture(n). internal where a JPEG cannot be made.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <cstdint>
 #include <string>
 
 namespace lightwell::tool {
@@ -40,10 +41,14 @@ struct ReplayOptions {
 };
 int run_replay(const ReplayOptions& options);
 
+/// Whether `info` tells of the environment map, for which it may have to wait.
+enum class MapInfo : std::uint8_t { told, left_out };
+
 struct InfoOptions {
   std::string uri;
   std::string credentials;  ///< Folder; empty: looked up.
   Output output = Output::text;
+  MapInfo map = MapInfo::told;
 };
 int run_info(const InfoOptions& options);
 

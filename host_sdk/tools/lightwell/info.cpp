@@ -11,7 +11,7 @@
 namespace lightwell::tool {
 namespace {
 
-std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>& environment) {
+std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>& environment, MapInfo map) {
   const Counters& counters = info.counters;
   const auto count = [](std::uint64_t n) { return static_cast<double>(n); };
   JsonLine line;
@@ -36,10 +36,10 @@ std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>&
       .number("estimates_late", count(counters.estimates_late))
       .number("estimates_late_at_fast", count(counters.estimates_late_at_fast))
       .number("messages_refused", count(counters.messages_refused))
-      .number("authentication_failures", count(counters.authentication_failures))
-      .number("environment_edge", environment ? environment->map.levels.front().edge : 0)
-      .number("environment_levels",
-              environment ? static_cast<double>(environment->map.levels.size()) : 0);
+      .number("authentication_failures", count(counters.authentication_failures));
+  if (map == MapInfo::told)
+    line.number("environment_edge", environment ? environment->map.levels.front().edge : 0)
+        .number("environment_levels", environment ? static_cast<double>(environment->map.levels.size()) : 0);
   if (const auto& hangs = info.T_world_probe) {
     const auto& [q, t] = hangs->pose;
     const auto list = [](std::initializer_list<double> values) {
@@ -59,11 +59,11 @@ int run_info(const InfoOptions& options) {
   if (!how.ok()) return fail(how.status());
   const Result<Probe> probe = Probe::connect(options.uri, *how);
   if (!probe.ok()) return fail(probe.status());
-  const Lighting lighting = lighting_with_map(*probe);
+  const Lighting lighting = options.map == MapInfo::told ? lighting_with_map(*probe) : Lighting();
   const std::optional<EnvironmentView> environment = lighting.environment();
   const ProbeInfo info = probe->info();
   if (options.output == Output::json) {
-    std::printf("%s\n", json_of(info, environment).c_str());
+    std::printf("%s\n", json_of(info, environment, options.map).c_str());
     return kOk;
   }
   const Counters& counters = info.counters;
@@ -99,7 +99,7 @@ int run_info(const InfoOptions& options) {
                 map.levels.front().edge, map.levels.front().edge, map.levels.size(),
                 static_cast<double>(map.levels.front().roughness),
                 static_cast<double>(map.levels.back().roughness), map.key);
-  } else {
+  } else if (options.map == MapInfo::told) {
     std::printf("environment  no map within %.1f s; reflections come from harmonics\n",
                 kMapPatience.seconds());
   }

@@ -173,6 +173,8 @@ class Program {
     CLI::App* command = add("info", "Who the probe is, its clock and its counters");
     add_uri(command, info_.uri, info_.credentials);
     add_json(command, info_.output);
+    command->add_flag_callback("--no-map", [this] { info_.map = MapInfo::left_out; },
+                               "Do not wait, up to 1.5 s, to tell of an environment map");
     command->callback([this] { exit_code_ = run_info(info_); });
   }
 

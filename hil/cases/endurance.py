@@ -1,0 +1,51 @@
+"""A long time on the board."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from hil.cases.stream import ahead, calibrate, camera_text
+from hil.harness.rig import Rig
+from hil.harness.runner import Measured
+from hil.harness.waits import wait_for
+
+_FRAMES = 10_000
+
+
+def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
+    """Memory, threads and handles over ten thousand frames, with a client that watches."""
+    camera = rig.described(test.camera).usb_simulated
+    with rig.usb_camera(test.camera, arguments=ahead(camera)) as outside:
+        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera))
+        with rig.watcher(uri) as watcher:
+            watcher.wait_for("light", 60, since=0)
+            first = rig.snapshot(outside, uri)
+            seen: list[tuple[float, dict[str, int]]] = []
+
+            def enough() -> bool:
+                frames = rig.info(uri)["frames"] - first["frames"]
+                seen.append((frames, rig.daemon()))
+                return frames >= _FRAMES
+
+            # A look every few seconds: the board's processors have other things to do.
+            wait_for(f"{_FRAMES} frames", enough, test.limit_s - 60, every_s=8)
+    # What pools and caches take is taken after a fifth.
+    settled = [(frames, daemon) for frames, daemon in seen if frames >= _FRAMES / 5]
+    slope = _slope([(frames, float(daemon["rss_kb"])) for frames, daemon in settled])
+    measured.figure("frames", seen[-1][0], "", f">= {_FRAMES}")
+    measured.figure("memory at the end", seen[-1][1]["rss_kb"], "kB")
+    # A descriptor kept of each frame would be more than 100 kB in a thousand.
+    measured.figure("memory, slope over the last four fifths", 1000 * slope, "kB in a thousand frames", "<= 10")
+    measured.figure("threads more than after a fifth", seen[-1][1]["threads"] - settled[0][1]["threads"], "", "<= 0")
+    measured.figure("handles more than after a fifth", seen[-1][1]["handles"] - settled[0][1]["handles"], "", "<= 0")
+    measured.figure("restarts", seen[-1][1]["restarts"] - seen[0][1]["restarts"], "", "== 0")
+
+
+def _slope(points: list[tuple[float, float]]) -> float:
+    """Of the straight line nearest to the points; NaN where there are fewer than three."""
+    if len(points) < 3:
+        return float("nan")
+    x, y = sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points)
+    across = sum((p[0] - x) ** 2 for p in points)
+    return sum((p[0] - x) * (p[1] - y) for p in points) / across if across else float("nan")

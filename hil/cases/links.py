@@ -1,0 +1,165 @@
+"""Every link of the board: encrypted, found by itself, on a bad network, by cable."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hil.harness.rig import Rig
+from hil.harness.runner import Broken, CannotRun, Measured
+from hil.harness.waits import wait_for
+
+# These look at links: a small simulated camera of the firmware's own does.
+_CAMERA = 'uri: "sim:studio?sensor=rgb8&rig=single" width: 160 height: 120 frame_rate: 10'
+
+
+def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
+    """A client is paired with the board by a code, follows it over TLS, and a stranger does not."""
+    rig.configure(_CAMERA, grpc='security: LINK_SECURITY_TLS keys: "/var/lib/lightwell/keys"')
+    host, port = rig.board.network().reach(7420)
+    _, pairing_port = rig.board.network().reach(7421)
+    rig.board.run("lightwelld --pair --config /etc/lightwell/probe.textproto --camera none: --pair-listen 0.0.0.0:7421 "
+                  ">/run/pair.log 2>&1 &", check=True)
+    code = wait_for("the pairing code", lambda: _code(rig.board.run("cat /run/pair.log").out), 60, every_s=0.5)
+    store = rig.folder / "store"
+    environment = {"XDG_CONFIG_HOME": str(store)}
+    begun = time.monotonic()
+    rig.client(["pair", f"grpcs://{host}:{pairing_port}", "--code", code], environment=environment)
+    measured.figure("pairing took", time.monotonic() - begun, "s")
+    summary = json.loads(rig.client(["watch", f"grpcs://{host}:{port}", "--seconds", "5", "--json"],
+                                    environment=environment).splitlines()[-1])
+    measured.figure("descriptors a second over TLS", summary["frames_per_s"], "/s", ">= 5")
+    refused = rig.client(["watch", f"grpcs://{host}:{port}", "--seconds", "2", "--json"], good=range(256),
+                         environment={"XDG_CONFIG_HOME": str(rig.folder / "nobody")})
+    measured.figure("lines that a stranger without credentials got", len(refused.splitlines()), "", "== 0")
+    plain = rig.client(["watch", f"grpc://{host}:{port}", "--seconds", "2", "--json"], good=range(256))
+    measured.figure("lines that a client without TLS got", len(plain.splitlines()), "", "== 0")
+
+
+def _code(said: str) -> str | None:
+    digits = [word.strip(".,:;") for word in said.split() if word.strip(".,:;").isdigit() and len(word.strip(".,:;")) == 6]
+    return digits[0] if digits else None
+
+
+def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
+    """Loss, reordering and delay on the board's own network card, by the kernel's netem."""
+    uri = rig.configure(_CAMERA)
+    if rig.board.run("modprobe sch_netem && tc qdisc add dev eth0 root netem delay 1ms").status != 0:
+        raise Broken("the board's kernel has no netem")
+    try:
+        with rig.watcher(uri) as watcher:
+            watcher.wait_for("light", 60, since=0)
+            for name, rule in (("200 ms of delay, 50 of jitter", "delay 200ms 50ms"),
+                               ("5 % of packets lost", "delay 20ms loss 5%"),
+                               ("a quarter of packets out of order", "delay 20ms reorder 75% 50%"),
+                               ("1 % of packets damaged", "delay 20ms corrupt 1%")):
+                rig.board.run(f"tc qdisc replace dev eth0 root netem {rule}", check=True)
+                since = len(watcher.seconds()) + 1
+                lines = wait_for("ten seconds", lambda: watcher.seconds()[since:] if len(watcher.seconds()) >= since + 10 else None,
+                                 60)
+                measured.figure(f"{name}: descriptors a second", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 2")
+                measured.figure(f"{name}: age at arrival, p99, largest second",
+                                max(line["age_p99_ms"] or 0 for line in lines), "ms")
+                measured.figure(f"{name}: refused", lines[-1]["rejected"] - lines[0]["rejected"], "", "== 0")
+            rig.board.run("tc qdisc del dev eth0 root", check=True)
+            begun, since = time.monotonic(), len(watcher.seconds())
+            watcher.wait_for("all light of a second", 60, since=since, frames=8)
+            measured.figure("full rate again after the network was good", time.monotonic() - begun, "s", "<= 4")
+    finally:
+        rig.board.run("tc qdisc del dev eth0 root 2>/dev/null; true")
+
+
+@contextmanager
+def _avahi(rig: Rig, folder: Path) -> Iterator[dict[str, str]]:
+    """A bus and an avahi-daemon of this machine on the board's wire, as another computer of that network has them."""
+    bus = folder / "bus"
+    (folder / "bus.conf").write_text(
+        f"<busconfig><type>system</type><listen>unix:path={bus}</listen><auth>EXTERNAL</auth><policy context=\"default\">"
+        "<allow send_destination=\"*\"/><allow receive_sender=\"*\"/><allow own=\"*\"/><allow user=\"*\"/></policy></busconfig>\n",
+        encoding="utf-8")
+    (folder / "avahi.conf").write_text("[server]\nhost-name=headset\nuse-ipv6=no\n[publish]\npublish-workstation=no\n"
+                                       "publish-hinfo=no\n", encoding="utf-8")
+    environment = {"DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={bus}"}
+    children = []
+    try:
+        children.append(subprocess.Popen(["dbus-daemon", f"--config-file={folder / 'bus.conf'}", "--nofork", "--nopidfile"]))
+        wait_for("the bus", bus.exists, 20, every_s=0.05)
+        # avahi-daemon keeps its process number in /run, one for each machine: this one's own /run is not touched.
+        inside = ["unshare", "-m", "sh", "-c", "mount -t tmpfs none /run && mkdir /run/avahi-daemon && exec avahi-daemon "
+                  f"--no-drop-root --no-chroot --no-rlimits -f {folder / 'avahi.conf'}"]
+        children.append(subprocess.Popen(rig.board.host_command(inside), env={**os.environ, **environment},
+                                         stderr=subprocess.DEVNULL))
+        yield environment
+    finally:
+        for child in reversed(children):
+            child.terminate()
+            child.wait(20)
+
+
+def found_by_mdns(rig: Rig, test: Any, measured: Measured) -> None:
+    """`lightwell discover` on another machine of the wire finds the board, and what it says is enough to connect."""
+    if rig.board.options.net != "tap":
+        raise CannotRun("multicast needs a wire, and this board has none")
+    rig.configure(_CAMERA, more="discovery { mdns: MDNS_ON }\n")
+    with tempfile.TemporaryDirectory() as folder, _avahi(rig, Path(folder)) as environment:
+        begun = time.monotonic()
+
+        def look() -> Any:
+            said = rig.client(["discover", "--json"], environment=environment, good=range(256))
+            return next((line for line in map(json.loads, said.splitlines()) if line.get("name") == "board"), None)
+
+        found = wait_for("the board to be found", look, 60)
+        measured.figure("found after", time.monotonic() - begun, "s", "<= 20")
+    links = [link for link in found["links"] if link.startswith("grpc")]
+    measured.figure("firmware's version", found["version"])
+    summary = json.loads(rig.client(["watch", links[0], "--seconds", "4", "--json"]).splitlines()[-1])
+    measured.figure(f"descriptors a second at the address that was found ({links[0]})", summary["frames_per_s"], "/s", ">= 5")
+
+
+def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
+    """The board's gadget on dummy_hcd, the SDK by libusb in the same guest: unplugged, reset and detached under way."""
+    if rig.board.run("modprobe dummy_hcd is_super_speed=0 is_high_speed=1").status != 0:
+        raise Broken("the board's kernel has no dummy_hcd")
+    rig.board.run("lightwell-usb-gadget up", check=True, timeout_s=120)
+    rig.configure(_CAMERA, more="usb_gadget {}\n")
+    rig.board.run("lightwell-usb-gadget bind", check=True, timeout_s=60)
+    rig.board.run("lightwell watch usb: --json >/run/usb.json 2>/run/usb.err &", check=True)
+
+    def seconds() -> list[dict[str, Any]]:
+        text = rig.board.run("cat /run/usb.json").out
+        return [line for line in (json.loads(t) for t in text.splitlines(keepends=True) if t.endswith("\n"))
+                if line["kind"] == "second"]
+
+    def light(what: str, limit_s: float = 60) -> float:
+        begun, since = time.monotonic(), len(seconds())
+        wait_for(what, lambda: any(line["frames"] for line in seconds()[since + 1:]), limit_s, every_s=0.3)
+        return time.monotonic() - begun
+
+    light("light by cable")
+    before = rig.daemon()
+    port = rig.board.run("for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && basename $d; done"
+                         " | head -1", check=True).out.strip()
+    if not port:
+        raise Broken("no device of ours is on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out)
+    times: dict[str, list[float]] = {"unplugged": [], "detached": []}
+    for _ in range(5):
+        rig.board.run("lightwell-usb-gadget unbind", check=True)
+        rig.board.run("lightwell-usb-gadget bind", check=True)
+        times["unplugged"].append(light("light after the plug was pulled and put in"))
+        rig.board.run(f"echo 0 > /sys/bus/usb/devices/{port}/authorized; echo 1 > /sys/bus/usb/devices/{port}/authorized", check=True)
+        times["detached"].append(light("light after the device was detached"))
+    for name, values in times.items():
+        measured.figure(f"light again after it was {name}, largest of five", max(values), "s", "<= 8")
+    after = rig.daemon()
+    measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
+    measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
+    last = seconds()[-1]
+    measured.figure("messages refused by the SDK", last["rejected"], "", "== 0")
+    rig.board.run("pkill lightwell; true")

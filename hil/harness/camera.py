@@ -1,0 +1,103 @@
+"""lightwell-usb-camera, the simulated camera outside of the guest, as the harness holds it.
+
+UsbCamera   start, stop, command, counters, frames
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from .processes import Process
+from .waits import wait_for
+
+
+class CameraError(Exception):
+    """The camera did not start, or refused a command; the text says which."""
+
+
+class UsbCamera:
+    """One camera as a process. `redir` is where QEMU's chardev looks for it: a board's Options.usb_sockets."""
+
+    def __init__(self, program: Path, redir: Path, scene: str, arguments: Sequence[str] = ()) -> None:
+        self.redir = redir
+        self._folder = tempfile.TemporaryDirectory(prefix="lightwell-camera-")
+        self._control = Path(self._folder.name) / "control"
+        self._said = Path(self._folder.name) / "log"
+        self._command = [str(program), "--redir", str(redir), "--control", str(self._control), "--scene", scene, *arguments]
+        self._child: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> UsbCamera:
+        self.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        self.stop()
+        self._folder.cleanup()
+
+    def start(self, timeout_s: float = 180.0) -> None:
+        """Returns when it takes commands: what it renders ahead is rendered."""
+        self.redir.unlink(missing_ok=True)
+        with open(self._said, "wb") as said:
+            self._child = subprocess.Popen(self._command, stdin=subprocess.DEVNULL, stdout=said, stderr=said)
+
+        def ready() -> bool:
+            if self._child is None or self._child.poll() is not None:
+                raise CameraError(f"{' '.join(self._command)} ended at once: {self.words()}")
+            return self._control.exists() and self.redir.exists()
+
+        wait_for("the camera to render ahead", ready, timeout_s, every_s=0.05, state=self.words)
+
+    def stop(self) -> None:
+        """Unplugs it for good."""
+        if self._child is not None:
+            self._child.terminate()
+            try:
+                self._child.wait(10)
+            except subprocess.TimeoutExpired:
+                self._child.kill()
+                self._child.wait()
+            self._child = None
+        self.redir.unlink(missing_ok=True)
+
+    def words(self) -> str:
+        """The last that it said."""
+        return self._said.read_text(encoding="utf-8", errors="replace").strip()[-500:] if self._said.exists() else ""
+
+    def cpu_seconds(self) -> float:
+        """Of the processor, since its start."""
+        if self._child is None:
+            return 0.0
+        fields = Path(f"/proc/{self._child.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def process(self) -> Process | None:
+        return Process.of(self._child.pid) if self._child is not None else None
+
+    def command(self, name: str, **values: Any) -> dict[str, Any]:
+        """A command of hil/README.md and its answer."""
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
+            control.settimeout(20)
+            control.connect(str(self._control))
+            control.sendall((json.dumps({"command": name, **values}) + "\n").encode())
+            heard = b""
+            while not heard.endswith(b"\n"):
+                piece = control.recv(65536)
+                if not piece:
+                    break
+                heard += piece
+        answer: dict[str, Any] = json.loads(heard)
+        if not answer.get("ok"):
+            raise CameraError(f"the camera refused {name}: {answer.get('error')}")
+        return answer
+
+    def counters(self) -> dict[str, Any]:
+        """What it counted since its start or `reset_counters`."""
+        return self.command("counters")

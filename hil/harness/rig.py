@@ -1,0 +1,301 @@
+"""What a test of hil/cases holds: a board with its firmware, cameras outside of it, clients beside it.
+
+prepare    builds what is missing; Tools are the programs
+open_rig   a Rig for a board of the roster
+Rig        cameras; the firmware on the board; clients outside of it; the desktop's firmware; what judges
+Watcher    a client that goes on while something happens
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import tempfile
+import time
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from . import qemu
+from .board import Board, Options
+from .cache import say
+from .camera import UsbCamera
+from .runner import Broken, CannotRun
+from .waits import wait_for
+
+# Of the host's build and of the board's.
+HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings")
+BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
+
+
+class NotBuilt(Exception):
+    """Something could not be set up or built: the last lines of its log."""
+
+
+@dataclass(frozen=True)
+class Tools:
+    """Programs of this machine, and where the board's build is."""
+    root: Path
+    host: Path
+    board: Path
+
+    def facts(self) -> dict[str, str]:
+        cores = os.cpu_count()
+        return {"host": f"{platform.machine()}, {cores} cores, Linux {platform.release()}"}
+
+
+def _done(command: Sequence[str | Path], root: Path, what: str) -> str:
+    done = subprocess.run([str(word) for word in command], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if done.returncode:
+        raise NotBuilt(f"{what} failed:\n{done.stdout[-3000:]}")
+    return done.stdout
+
+
+def prepare(root: Path) -> Tools:
+    """Builds the programs of both sides, which takes minutes where nothing is there yet. CannotRun where this machine has no
+    QEMU; NotBuilt."""
+    try:
+        qemu.find()
+    except qemu.NoQemu as why:
+        raise CannotRun(str(why)) from why
+    panoramas = _done([root / "cmake/fetch_panoramas"], root, "cmake/fetch_panoramas").splitlines()[-1]
+    # A test's own build where there is one: continuous integration has built everything already.
+    host = Path(os.environ.get("LIGHTWELL_HOST_BUILD") or root / "build/dev")
+    board = root / "build/board-aarch64"
+    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas
+    for preset, folder, targets in (("dev", host, HOST_TARGETS), ("board-aarch64", board, BOARD_TARGETS)):
+        say(f"building {', '.join(targets)} ({preset})")
+        if preset == "board-aarch64":
+            _done([root / "cmake/sysroot_aarch64"], root, "cmake/sysroot_aarch64")
+        if not (folder / "build.ninja").exists():
+            _done(["cmake", "--preset", preset, f"-DLIGHTWELL_PANORAMA_DIR={panoramas}"], root, f"configuring {preset}")
+        _done(["cmake", "--build", folder, "--target", *targets], root, f"building {preset}")
+    return Tools(root, host / "bin", board)
+
+
+@contextmanager
+def open_rig(board: Any, roster: Any, tools: Tools) -> Iterator[Rig]:
+    """Starts the board, and ends it."""
+    kind = board.WhichOneof("kind")
+    if kind != "qemu":
+        raise CannotRun(f"the bench {board.name} is reached as {board.bench.ssh}: no bench is attached to this machine")
+    with tempfile.TemporaryDirectory(prefix="lightwell-rig-") as folder:
+        sockets = {name: Path(folder) / name for name in ("cam0", "cam1")}
+        options = Options(build=tools.board, cpus=board.qemu.cpus or 2, memory_mb=board.qemu.memory_mb or 2048,
+                          net=board.qemu.net or "user", usb_sockets=sockets, owned=True)
+        machine = Board(f"hil-{board.name}", options)
+        machine.start(fresh=True)
+        try:
+            yield Rig(machine, sockets, roster, tools, Path(folder))
+        finally:
+            machine.stop()
+
+
+class Rig:
+    """One board and what stands around it."""
+
+    def __init__(self, board: Board, sockets: dict[str, Path], roster: Any, tools: Tools, folder: Path) -> None:
+        self.board = board
+        self.tools = tools
+        self.folder = folder
+        self._sockets = sockets
+        self._cameras = {camera.name: camera for camera in roster.camera}
+
+    # --- cameras
+
+    def described(self, name: str) -> Any:
+        """A camera of the roster."""
+        return self._cameras[name]
+
+    @contextmanager
+    def usb_camera(self, name: str, *, socket: str = "cam0", scene: str = "", arguments: Sequence[str] = ()) -> Iterator[UsbCamera]:
+        """A simulated camera of the roster, plugged in; ends unplugged. Waits until the board has made a device of it."""
+        camera = self._cameras[name].usb_simulated
+        program = self.tools.host / "lightwell-usb-camera"
+        with UsbCamera(program, self._sockets[socket], scene or camera.scene, arguments) as running:
+            self.wait_for_video()
+            yield running
+        self.wait_for_no_video()
+
+    def video_devices(self) -> list[str]:
+        """Nodes of USB cameras that give pictures: each has a second one for metadata."""
+        found = self.board.run("for d in /sys/class/video4linux/video*; do [ -e $d ] && readlink -f $d/device/driver | grep -q uvc "
+                               "&& [ $(cat $d/index) = 0 ] && basename $d; done; true").out
+        return sorted(f"/dev/{name}" for name in found.split())
+
+    def wait_for_video(self, limit_s: float = 60) -> str:
+        """The first node, once udev has made it."""
+        return wait_for("uvcvideo's device", lambda: self.video_devices() or None, limit_s, every_s=0.3)[0]
+
+    def wait_for_no_video(self, limit_s: float = 60) -> None:
+        wait_for("the camera's device to go", lambda: not self.video_devices(), limit_s, every_s=0.3)
+
+    def camera_calibration(self, scene: str, what: str) -> str:
+        """What the pixels of a simulated camera mean, as text; `what` is WIDTHxHEIGHT:FORMAT."""
+        return _done([self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what], self.folder,
+                     "the camera's calibration")
+
+    # --- the firmware
+
+    def configure(self, camera: str, *, more: str = "", grpc: str = "security: LINK_SECURITY_PLAIN", timeout_s: float = 240) -> str:
+        """lightwelld with `camera` (text of a CameraConfig), `grpc` (of a GrpcConfig) and `more` fields, serving; the
+        client's URI."""
+        self.board.write_config(f'probe_name: "board"\ncamera {{ {camera} }}\n'
+                                f'grpc {{ listen: "0.0.0.0:7420" {grpc} }}\n' + more, timeout_s)
+        return self.board.grpc()
+
+    def daemon(self) -> dict[str, int]:
+        """lightwelld's process as the board has it: pid, resident kB, threads, handles; and how often systemd started it anew."""
+        shown = self.board.run("p=$(systemctl show -p MainPID --value lightwelld); echo pid $p; "
+                               "systemctl show -p NRestarts lightwelld | sed 's/NRestarts=/restarts /'; "
+                               "awk '/^VmRSS/ {print \"rss_kb\", $2} /^Threads/ {print \"threads\", $2}' /proc/$p/status; "
+                               "echo handles $(ls /proc/$p/fd | wc -l)", check=True).out
+        return {name: int(value) for name, value in (line.split() for line in shown.splitlines())}
+
+    def snapshot(self, camera: UsbCamera, uri: str) -> dict[str, float]:
+        """Counters of camera and firmware, and when: as near to one moment as two questions are."""
+        at = time.monotonic()
+        counts = camera.counters()["counters"]
+        info = self.info(uri)
+        dropped = sum(counts[name] for name in ("skipped", "silent", "busy", "replaced", "unrendered", "aborted"))
+        sent = sum(counts[name] for name in ("sent", "torn", "shortened", "marked"))
+        return {"at": at, "sent": sent, "camera_dropped": dropped,
+                **{name: info[name] for name in ("frames", "frames_lost", "estimates", "estimates_failed", "captures_dropped")}}
+
+    def profile(self, seconds: float) -> str:
+        """Where the time of the board's processors goes, in percent of all of them."""
+        script = (f"look() {{ head -1 /proc/stat; for t in /proc/$(pidof lightwelld)/task/*/stat; do cat $t; done; }}; "
+                  f"look; echo --; sleep {seconds}; look; getconf CLK_TCK")
+        first, second = self.board.run(script, check=True, timeout_s=seconds + 60).out.split("--\n")
+        def read(text: str) -> tuple[list[int], dict[str, int]]:
+            lines = [line for line in text.splitlines() if " " in line]
+            threads: dict[str, int] = {}
+            for line in lines[1:]:
+                name, rest = line[line.index("(") + 1:line.rindex(")")], line[line.rindex(")") + 2:].split()
+                threads[name] = threads.get(name, 0) + int(rest[11]) + int(rest[12])
+            return [int(word) for word in lines[0].split()[1:]], threads
+        (all_a, own_a), (all_b, own_b) = read(first), read(second)
+        grown = [b - a for a, b in zip(all_a, all_b)]
+        whole = sum(grown) or 1
+        share = lambda ticks: f"{100 * ticks / whole:.0f}"
+        own = {name: own_b[name] - own_a.get(name, 0) for name in own_b}
+        text = f"idle {share(grown[3] + grown[4])}, interrupts {share(grown[5] + grown[6])}, lightwelld {share(sum(own.values()))}"
+        busiest = sorted(own, key=lambda name: -own[name])[:4]
+        return text + " (" + ", ".join(f"{name} {share(own[name])}" for name in busiest) + ")"
+
+    def wait_for_recorded(self, frames: int, limit_s: float = 120) -> None:
+        """Until lightwelld has written so many frames."""
+        uri = self.board.grpc()
+        wait_for(f"{frames} frames to be recorded", lambda: self.info(uri)["frames_recorded"] >= frames, limit_s, every_s=1)
+
+    def journal(self, lines: int = 15) -> str:
+        """The last that lightwelld said."""
+        return self.board.run(["journalctl", "-u", "lightwelld", "-n", str(lines), "--no-pager", "-o", "cat"]).out
+
+    # --- clients, in processes of their own outside of the board
+
+    def client(self, words: Sequence[str], *, timeout_s: float = 90, good: Collection[int] = (0,),
+               environment: Mapping[str, str] | None = None) -> str:
+        """What `lightwell` with these words printed. Broken where it ends otherwise than `good`, or not at all."""
+        command = self.board.host_command([str(self.tools.host / "lightwell"), *words])
+        try:
+            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=timeout_s,
+                                  env={**os.environ, **(environment or {})})
+        except subprocess.TimeoutExpired as error:
+            raise Broken(f"{' '.join(words)} did not end within {timeout_s:.0f} s") from error
+        if done.returncode not in good:
+            raise Broken(f"lightwell {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()}\n{self.journal()}")
+        return done.stdout
+
+    def watch(self, uri: str, seconds: float) -> dict[str, Any]:
+        """The summary of `lightwell watch --json`."""
+        lines = self.client(["watch", uri, "--seconds", str(seconds), "--json"], timeout_s=seconds + 60).splitlines()
+        return json.loads(lines[-1])
+
+    @contextmanager
+    def watcher(self, uri: str) -> Iterator[Watcher]:
+        """A client that goes on while something happens."""
+        command = self.board.host_command([str(self.tools.host / "lightwell"), "watch", uri, "--json"])
+        with Watcher(command) as running:
+            yield running
+
+    def record(self, uri: str, seconds: float, file: Path) -> None:
+        """Descriptors byte for byte."""
+        self.client(["record", uri, str(file), "--seconds", str(seconds)], timeout_s=seconds + 60)
+
+    def info(self, uri: str) -> dict[str, Any]:
+        """Who the probe is, and its counters."""
+        return json.loads(self.client(["info", uri, "--json", "--no-map"]))
+
+
+    # --- the desktop's firmware, and what judges
+
+    @contextmanager
+    def desktop_daemon(self, camera: str) -> Iterator[str]:
+        """lightwelld of this machine with that camera; its URI."""
+        with open(self.folder / "desktop.log", "w+", encoding="utf-8") as said, subprocess.Popen(
+                [self.tools.host / "lightwelld", "--camera", camera, "--listen", "127.0.0.1:0"], stdout=said,
+                stderr=subprocess.STDOUT) as child:
+            def address() -> str | None:
+                text = Path(said.name).read_text(encoding="utf-8")
+                if child.poll() is not None:
+                    raise Broken(f"the desktop's lightwelld ended: {text}")
+                found = [line for line in text.splitlines() if line.startswith("lightwelld: listening on ")]
+                return found[0].split()[-1] if found else None
+
+            try:
+                yield wait_for("the desktop's lightwelld", address, 120, every_s=0.05)
+            finally:
+                child.terminate()
+
+    def record_here(self, uri: str, seconds: float, file: Path) -> None:
+        """As record(), of a probe of this machine."""
+        _done([self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)], self.folder, "lightwell record")
+
+    def compare(self, one: Path, other: Path) -> dict[str, float]:
+        """What tells the light of two recordings apart: hil/report/compare_main.cpp."""
+        return json.loads(_done([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings"))
+
+    def judge(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str] = ()) -> dict[str, float]:
+        """A recording against the truth of its scene: demo_report's summary."""
+        command = [self.tools.host / "demo_report", "--recording", recording, "--camera", scene, "--width", camera.width, "--height",
+                   camera.height, "--frame-rate", camera.frame_rate, "--json"]
+        for exposure in exposures:
+            command += ["--exposure-s", exposure]
+        done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        if done.returncode > 1:
+            raise Broken(f"demo_report ended with {done.returncode}: {done.stderr}")
+        return json.loads(done.stdout)
+
+
+class Watcher:
+    """`lightwell watch --json`, line by line."""
+
+    def __init__(self, command: Sequence[str]) -> None:
+        self._file = tempfile.NamedTemporaryFile("w+", prefix="lightwell-watch-", encoding="utf-8")
+        self._child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._file, stderr=subprocess.DEVNULL)
+
+    def __enter__(self) -> Watcher:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._child.terminate()
+        self._child.wait(20)
+        self._file.close()
+
+    def seconds(self) -> list[dict[str, Any]]:
+        """What it said of each second so far."""
+        text = Path(self._file.name).read_text(encoding="utf-8")
+        whole = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+        return [line for line in whole if line["kind"] == "second"]
+
+    def wait_for(self, what: str, limit_s: float, *, since: int, frames: int = 1) -> dict[str, Any]:
+        """The first line after the `since`th in which at least `frames` came."""
+        def look() -> dict[str, Any] | None:
+            return next((line for line in self.seconds()[since:] if line["frames"] >= frames), None)
+
+        return wait_for(what, look, limit_s, every_s=0.1)

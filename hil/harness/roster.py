@@ -1,0 +1,69 @@
+"""hil/roster.textproto as checked data."""
+
+import functools
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, text_format
+
+HIL = Path(__file__).resolve().parent.parent
+
+
+class RosterError(Exception):
+    """A roster that cannot be run: the message names file, entry and remedy."""
+
+
+@functools.cache
+def _message_class() -> Any:
+    """Of lightwell.hil.Roster, by protoc, which is there because the firmware needs it."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "roster.pb"
+        subprocess.run(["protoc", f"-I{HIL}", f"--descriptor_set_out={out}", "roster.proto"], check=True)
+        files = descriptor_pb2.FileDescriptorSet.FromString(out.read_bytes())
+    pool = descriptor_pool.DescriptorPool()
+    for file in files.file:
+        pool.Add(file)
+    return message_factory.MessageFactory(pool).GetPrototype(pool.FindMessageTypeByName("lightwell.hil.Roster"))
+
+
+def parse(text: str, name: str) -> Any:
+    """The Roster. RosterError with line and column where it is none, and where an entry cannot be run."""
+    roster = _message_class()()
+    try:
+        text_format.Parse(text, roster)
+    except text_format.ParseError as error:
+        raise RosterError(f"{name}:{error}") from error
+    _check(roster, name)
+    return roster
+
+
+def load(path: Path = HIL / "roster.textproto") -> Any:
+    return parse(path.read_text(encoding="utf-8"), str(path))
+
+
+def _check(roster: Any, name: str) -> None:
+    names = {}
+    for kind in ("board", "camera", "link", "test"):
+        seen: set[str] = set()
+        for entry in getattr(roster, kind):
+            if not entry.name or entry.name in seen:
+                raise RosterError(f"{name}: a {kind} is called '{entry.name}'; each needs a name of its own")
+            seen.add(entry.name)
+            if kind in ("board", "camera") and entry.WhichOneof("kind") is None:
+                raise RosterError(f"{name}: {kind} {entry.name} is of no kind; see hil/roster.proto")
+        names[kind] = seen
+    if not roster.test:
+        raise RosterError(f"{name}: there is no test in it")
+    for test in roster.test:
+        if test.name.count(".") != 1:
+            raise RosterError(f"{name}: test {test.name}: a name is FILE.FUNCTION of hil/cases")
+        if test.limit_s == 0:
+            raise RosterError(f"{name}: test {test.name} has no limit_s: how long may it take?")
+        for kind in ("board", "camera", "link"):
+            wanted = getattr(test, kind)
+            # A test may do without a camera or a link, but not without a board.
+            if (wanted or kind == "board") and wanted not in names[kind]:
+                known = ", ".join(sorted(names[kind]))
+                raise RosterError(f"{name}: test {test.name} asks for {kind} '{wanted}'; there are {known}")

@@ -1,0 +1,105 @@
+// compare_recordings: what tells the light of two recordings of descriptors apart.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <lightwell/codec.hpp>
+#include <lightwell/lighting.hpp>
+#include <lightwell/recording.hpp>
+#include <map>
+#include <numbers>
+
+namespace {
+
+using namespace lightwell;
+
+enum Exit : int { kOk = 0, kUsage = 2, kBadInput = 3 };
+
+Result<std::map<std::uint64_t, Descriptor>> descriptors(const std::string& path) {
+  Result<RecordReader> reader = RecordReader::open(path);
+  if (!reader) return reader.status();
+  std::map<std::uint64_t, Descriptor> out;
+  Record record;
+  while (reader->next(record)) {
+    Result<Descriptor> d = decode_descriptor(record.payload);
+    if (!d) return d.status();
+    out[d->sequence] = std::move(*d);
+  }
+  return out;
+}
+
+bool same(const Light& a, const Light& b) {
+  return a.direction == b.direction && a.irradiance.r == b.irradiance.r && a.irradiance.g == b.irradiance.g &&
+         a.irradiance.b == b.irradiance.b && a.angular_radius_rad == b.angular_radius_rad;
+}
+
+/// RMS over normals and channels of the difference, by the RMS of the first: the house's measure of error.
+double irradiance_apart(const Descriptor& a, const Descriptor& b) {
+  constexpr int kNormals = 2048;
+  const Lighting one = Lighting::of(a), other = Lighting::of(b);
+  double difference = 0, whole = 0;
+  for (int i = 0; i < kNormals; ++i) {
+    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y), phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const Vec3f n = vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)});
+    const Irradiance p = one.irradiance(n).value, q = other.irradiance(n).value;
+    for (const auto& [u, v] : {std::pair{p.r, q.r}, {p.g, q.g}, {p.b, q.b}}) {
+      difference += std::pow(static_cast<double>(u - v), 2);
+      whole += std::pow(static_cast<double>(u), 2);
+    }
+  }
+  return whole > 0 ? std::sqrt(difference / whole) : difference > 0 ? INFINITY : 0;
+}
+
+struct Apart {
+  std::size_t both = 0, same = 0, unmatched = 0;
+  double irradiance = 0, direction_rad = 0;
+};
+
+void add(const Descriptor& a, const Descriptor& b, Apart& out) {
+  ++out.both;
+  bool equal = a.radiance == b.radiance && a.lights.size() == b.lights.size();
+  out.unmatched += a.lights.size() > b.lights.size() ? a.lights.size() - b.lights.size() : b.lights.size() - a.lights.size();
+  for (const Light& light : a.lights) {
+    const auto nearest = std::min_element(b.lights.begin(), b.lights.end(), [&](const Light& p, const Light& q) {
+      return dot(p.direction, light.direction) > dot(q.direction, light.direction);
+    });
+    if (nearest == b.lights.end()) continue;
+    equal = equal && same(light, *nearest);
+    out.direction_rad = std::max(
+        out.direction_rad, angle_between(vec_cast<double>(light.direction), vec_cast<double>(nearest->direction)));
+  }
+  out.same += equal ? 1 : 0;
+  out.irradiance = std::max(out.irradiance, irradiance_apart(a, b));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"What tells the light of two recordings of descriptors apart, as one JSON object: descriptors of the same "
+               "number in both, how many have every number of their light the same, largest relative difference of "
+               "irradiance over 2,048 normals, largest angle between lights, lights that only one has."};
+  app.footer("Exit status: 0 compared, 2 wrong usage, 3 an input is wrong.");
+  std::string one, other;
+  app.add_option("one", one, "What `lightwell record` wrote")->required();
+  app.add_option("other", other, "Likewise")->required();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kOk : kUsage;
+  }
+  const auto a = descriptors(one), b = descriptors(other);
+  for (const auto& [path, read] : {std::pair{&one, &a}, {&other, &b}})
+    if (!*read) {
+      std::cerr << "compare_recordings: " << *path << ": " << read->status().message() << "\n";
+      return kBadInput;
+    }
+  Apart apart;
+  for (const auto& [sequence, descriptor] : *a)
+    if (const auto found = b->find(sequence); found != b->end()) add(descriptor, found->second, apart);
+  std::printf("{\"one\": %zu, \"other\": %zu, \"both\": %zu, \"same\": %zu, \"irradiance\": %.6g, \"direction_deg\": %.6g, "
+              "\"unmatched\": %zu}\n",
+              a->size(), b->size(), apart.both, apart.same, apart.irradiance, apart.direction_rad * 180 / std::numbers::pi,
+              apart.unmatched);
+  return kOk;
+}
