@@ -79,6 +79,8 @@ class Options:
     # More disks, by their serial numbers; writable, raw.
     disks: dict[str, Path] = field(default_factory=dict)
     qemu_arguments: tuple[str, ...] = ()
+    # For the kernel's command line; lightwell.eth1=ADDRESS/BITS is the address of a second network card.
+    kernel_words: tuple[str, ...] = ()
     # Ends with the process that starts it: at the latest, the next start of any board cleans it up.
     owned: bool = False
 
@@ -243,7 +245,8 @@ class Board:
                    qemu.Disk(self.state_disk, "lw-state", writable=True),
                    *(qemu.Disk(path, serial, writable=True) for serial, path in options.disks.items())),
             kernel_words=(qemu.CONSOLE, "quiet", "loglevel=4", "panic=5", "cryptomgr.notests", "rcupdate.rcu_expedited=1",
-                          f"systemd.machine_id={identity}", "systemd.show_status=auto", *kernel_words(options.number, self.name)),
+                          f"systemd.machine_id={identity}", "systemd.show_status=auto",
+                          *kernel_words(options.number, self.name), *options.kernel_words),
             network=tuple(network.arguments()), qmp=self.folder / "qmp.sock", serial_log=self.serial_log, cpus=options.cpus,
             memory_mb=options.memory_mb, usb_sockets=tuple(options.usb_sockets.items()), extra=options.qemu_arguments)
         network.open()
@@ -293,8 +296,7 @@ class Board:
 
         def look() -> bool:
             self._die_if_dead()
-            # In a namespace the port is out of this process's sight.
-            return (told["network"]["kind"] != "user" or ssh.greets()) and ssh.open(60).status == 0
+            return ssh.greets() and ssh.open(60).status == 0
 
         try:
             wait_for(f"the board {self.name} to answer by ssh", look, timeout_s, state=lambda: self.serial_tail(1))

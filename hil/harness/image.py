@@ -138,7 +138,8 @@ def set_units(root: Path, units: Path) -> None:
         elif verb == "enable" and len(target) == 1:
             _link(own / f"{target[0]}.wants" / unit, "/" + str(found.relative_to(root)))
         else:
-            raise ImageError(f"{units}: '{verb} {unit} {' '.join(target)}' is none of 'enable UNIT TARGET', 'mask UNIT' and 'silence GENERATOR'")
+            raise ImageError(f"{units}: '{verb} {unit} {' '.join(target)}' is none of 'enable UNIT TARGET', 'mask UNIT' and "
+                             "'silence GENERATOR'")
     _link(own / "default.target", "/usr/lib/systemd/system/multi-user.target")
 
 

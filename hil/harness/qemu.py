@@ -121,7 +121,8 @@ class Machine:
         for index, disk in enumerate(self.disks):
             # Told, not probed: what a board writes into the first block of a raw disk must not make it another format.
             kind = "qcow2" if disk.path.suffix == ".qcow2" else "raw"
-            words += ["-drive", f"if=none,id=disk{index},file={disk.path},format={kind},readonly={'off' if disk.writable else 'on'}",
+            access = "off" if disk.writable else "on"
+            words += ["-drive", f"if=none,id=disk{index},file={disk.path},format={kind},readonly={access}",
                       "-device", f"virtio-blk-pci,drive=disk{index},serial={disk.serial}"]
         words += self.network
         for name, path in self.usb_sockets:

@@ -5,12 +5,20 @@ from __future__ import annotations
 import shlex
 import socket
 import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 # What ssh itself ends with where it cannot reach the board.
 UNREACHABLE = 255
+# greets(), for another process. A board that is not up does not answer the call, so it is called anew, not waited for.
+GREETING = """
+import socket, sys
+connection = socket.create_connection((sys.argv[1], int(sys.argv[2])), timeout=1)
+connection.settimeout(float(sys.argv[3]))
+sys.exit(connection.recv(4) != b"SSH-")
+"""
 
 
 @dataclass(frozen=True)
@@ -50,11 +58,17 @@ class Ssh:
 
     def greets(self, timeout_s: float = 15.0) -> bool:
         """Whether a server says its name at the port: cheaper for the board than a connection. A server that is asked and not
-        waited for has to make a process each time, for nothing. Only without `before`."""
+        waited for has to make a process each time, for nothing."""
+        host, port = self.address
         try:
+            if self._before:
+                # In a namespace the port is out of this process's sight.
+                program = [*self._before, sys.executable, "-c", GREETING, host, str(port), str(timeout_s)]
+                return subprocess.run(program, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                      timeout=timeout_s + 10, check=False).returncode == 0
             with socket.create_connection(self.address, timeout=timeout_s) as connection:
                 return connection.recv(4) == b"SSH-"
-        except OSError:
+        except (OSError, subprocess.TimeoutExpired):
             return False
 
     def run(self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False) -> Ran:

@@ -105,7 +105,7 @@ class ServiceManager {
   std::string heard_;
 };
 
-TEST_F(StopTest, TheServiceManagerHearsReadyStatusAndStopping) {
+TEST_F(StopTest, TheServiceManagerHearsReadyStatusWatchdogAndStopping) {
   const std::string path = folder_.path("notify");
   ServiceManager manager(path);
   Daemon daemon({.camera = camera(), .child = {.environment = {"NOTIFY_SOCKET=" + path}}});
@@ -115,6 +115,8 @@ TEST_F(StopTest, TheServiceManagerHearsReadyStatusAndStopping) {
   EXPECT_TRUE(Probe::connect(uri).ok()) << "ready means that clients may come";
   EXPECT_TRUE(comes_true("a status with its counters is said",
                          [&] { return manager.heard().find(" estimates") != std::string::npos; }));
+  EXPECT_TRUE(comes_true("the watchdog is told, and told again",
+                         [&] { return occurrences(manager.heard(), "WATCHDOG=1") >= 2; }));
   EXPECT_EQ(occurrences(manager.heard(), "STOPPING=1"), 0U);
   EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
   EXPECT_EQ(occurrences(manager.heard(), "STOPPING=1"), 1U);

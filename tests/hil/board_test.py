@@ -34,8 +34,9 @@ class Runs(unittest.TestCase):
     def tell(self, name, process, owner=None):
         made = board.Board(name)
         made.folder.mkdir(parents=True)
-        told = {"name": name, "pid": process["pid"], "began": process["began"], "started": time.time(), "accelerator": "tcg", "why": "",
-                "cpus": 2, "memory_mb": 64, "seconds": {}, "network": {"kind": "user", "number": 1, "ports": {"22": 1, "7420": 7}}}
+        told = {"name": name, "pid": process["pid"], "began": process["began"], "started": time.time(),
+                "accelerator": "tcg", "why": "", "cpus": 2, "memory_mb": 64, "seconds": {},
+                "network": {"kind": "user", "number": 1, "ports": {"22": 1, "7420": 7}}}
         if owner:
             told["owner"] = owner
         (made.folder / "board.json").write_text(json.dumps(told))

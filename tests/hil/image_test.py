@@ -61,7 +61,8 @@ class Units(Tree):
         return (self.root / "etc/systemd" / name).readlink()
 
     def test_links_are_systemctls(self):
-        self.set("enable ssh.service multi-user.target\nenable own.service sysinit.target\nmask ssh.service\nsilence some-generator\n")
+        self.set("enable ssh.service multi-user.target\nenable own.service sysinit.target\nmask ssh.service\n"
+                 "silence some-generator\n")
         self.assertEqual(str(self.link("system/multi-user.target.wants/ssh.service")), "/usr/lib/systemd/system/ssh.service")
         self.assertEqual(str(self.link("system/sysinit.target.wants/own.service")), "/etc/systemd/system/own.service")
         self.assertEqual(str(self.link("system/ssh.service")), "/dev/null")
@@ -69,7 +70,8 @@ class Units(Tree):
         self.assertEqual(self.link("system/default.target").name, "multi-user.target")
 
     def test_misspelt_names_are_errors(self):
-        for line in ("enable shh.service multi-user.target", "mask shh.service", "silence other", "start ssh.service", "enable ssh.service"):
+        for line in ("enable shh.service multi-user.target", "mask shh.service", "silence other", "start ssh.service",
+                     "enable ssh.service"):
             with self.subTest(line), self.assertRaises(image.ImageError):
                 self.set(line)
 

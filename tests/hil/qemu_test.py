@@ -36,7 +36,8 @@ class Arguments(unittest.TestCase):
         self.assertIn("unix:/q,server=on,wait=off", words)
 
     def test_a_disk_is_read_only_unless_it_is_said(self):
-        words = machine(disks=(qemu.Disk(pathlib.Path("/base"), "lw-base"), qemu.Disk(pathlib.Path("/state"), "lw-state", writable=True)))
+        words = machine(disks=(qemu.Disk(pathlib.Path("/base"), "lw-base"),
+                               qemu.Disk(pathlib.Path("/state"), "lw-state", writable=True)))
         drives = after(words, "-drive")
         self.assertIn("file=/base,format=raw,readonly=on", drives[0])
         self.assertIn("file=/state,format=raw,readonly=off", drives[1])
