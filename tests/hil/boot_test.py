@@ -13,7 +13,7 @@ import unittest
 
 import harness_path  # noqa: F401
 import skipping
-from harness import board, qemu
+from harness import board, image, qemu
 from harness.waits import wait_for
 
 CLI, BUILD = sys.argv[1], pathlib.Path(sys.argv[2])
@@ -28,6 +28,10 @@ def missing():
     programs = [BUILD / "bin" / name for name in ("lightwelld", "lightwell", "lightwell-calibrate")]
     if absent := [str(program) for program in programs if not program.exists()]:
         return f"not built for the board: {', '.join(absent)} (hil/board up builds them)"
+    # Made from the network, in minutes: not by a test.
+    if not os.environ.get("LIGHTWELL_SYSROOT_AARCH64") and subprocess.run(
+            [image.REPOSITORY / "cmake/sysroot_aarch64", "--find"], stdout=subprocess.DEVNULL, check=False).returncode:
+        return "there is no arm64 root of packages (cmake/sysroot_aarch64 makes it)"
     return None
 
 
@@ -104,6 +108,11 @@ class Boot(unittest.TestCase):
         self.board.wait_for_service()
         after = self.out("systemctl show -P MainPID lightwelld")
         self.assertNotEqual(before, after)
+
+    def test_h_a_probe_of_an_accelerator_sees_the_kernel_run(self):
+        command = qemu.probe_command(qemu.find(), image.base(), "tcg")
+        self.assertTrue(qemu.boots(command, 120))
+        self.assertFalse(qemu.boots([word.replace("lightwell.probe", "") for word in command], 5), "it speaks unasked")
 
     def test_h_qemu_answers(self):
         self.assertEqual(self.board.qmp("query-status")["status"], "running")
