@@ -245,6 +245,8 @@ class Board:
                    qemu.Disk(self.state_disk, "lw-state", writable=True),
                    *(qemu.Disk(path, serial, writable=True) for serial, path in options.disks.items())),
             kernel_words=(qemu.CONSOLE, "quiet", "loglevel=4", "panic=5", "cryptomgr.notests", "rcupdate.rcu_expedited=1",
+                          # A process for each of many small events at a time is what costs an emulated processor most.
+                          "udev.children_max=2",
                           f"systemd.machine_id={identity}", "systemd.show_status=auto",
                           *kernel_words(options.number, self.name), *options.kernel_words),
             network=tuple(network.arguments()), qmp=self.folder / "qmp.sock", serial_log=self.serial_log, cpus=options.cpus,

@@ -164,6 +164,9 @@ def _fill_root(root: Path, packages: Path, known: Keys) -> None:
         (root / "etc" / name).unlink(missing_ok=True)
     if not (root / "etc/nsswitch.conf").exists():
         _replace(root / "etc/nsswitch.conf", (root / "usr/share/libc-bin/nsswitch.conf").read_text(encoding="utf-8"))
+    for name, target in (("run", "/run"), ("lock", "/run/lock")):
+        (root / "var" / name).rmdir()
+        _link(root / "var" / name, target)
     # The owner's files are on the state's disk; the tool that builds the USB gadget on the firmware's.
     _link(root / "etc/lightwell", "/var/lib/lightwell/etc")
     _link(root / "usr/sbin/lightwell-usb-gadget", "/opt/lightwell/sbin/lightwell-usb-gadget")
