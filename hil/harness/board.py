@@ -397,11 +397,16 @@ class Board:
         """Waits until systemd counts `unit` as active: lightwelld, when it serves. Seconds of the board's clock from its kernel's
         start to that moment. Raises BoardError with the unit's last lines."""
         shown: dict[str, str] = {}
+        restarts: list[int] = []
 
         def look() -> bool:
             self._die_if_dead()
             done = self.run(["systemctl", "show", unit, "-p", "ActiveState,SubState,ActiveEnterTimestampMonotonic,NRestarts"])
             shown.update(line.split("=", 1) for line in done.out.splitlines() if "=" in line)
+            restarts.append(int(shown.get("NRestarts", "0")))
+            # What has failed three times from its start will not come.
+            if restarts[-1] >= restarts[0] + 3:
+                raise TimedOut(f"{unit} on the board {self.name} failed three times")
             return shown.get("ActiveState") == "active"
 
         try:
