@@ -122,7 +122,6 @@ void Stream::abort_frame() {
 void Stream::start(CameraTime now) {
   ++streams_;
   next_ = 0;
-  frame_id_ = false;
   settings_.start(latest_);
   due_ = now + seconds(interval_s(settings_.at(0)));
   state_ = State::running;
@@ -181,8 +180,12 @@ void Stream::run_at_rate(CameraTime now) {
       if (picture == nullptr) {
         lost = Outcome::unrendered;
       } else {
-        if (sending_) drop(sending_->record, Outcome::replaced);
-        sending_.reset();
+        if (sending_) {
+          drop(sending_->record, Outcome::replaced);
+          // Nobody has seen it: to the host the next one follows the one before.
+          frame_id_ = !frame_id_;
+          sending_.reset();
+        }
         begin(due_, std::move(picture));
       }
     }

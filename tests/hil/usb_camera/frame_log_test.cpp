@@ -1,0 +1,77 @@
+#include "usb_camera/frame_log.hpp"
+
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "support/temp_dir.hpp"
+#include "usb_camera/json.hpp"
+
+namespace lightwell::usb_camera {
+namespace {
+
+FrameRecord record(std::uint64_t number, Outcome outcome) {
+  FrameRecord out;
+  out.stream = 2;
+  out.number = number;
+  out.began = {5'000'001'000};
+  out.settings = {0.0003, 2.5, 5000};
+  out.bytes = 100;
+  out.sent = 60;
+  out.outcome = outcome;
+  return out;
+}
+
+TEST(FrameLog, CountsByOutcomeAndKeepsTheLatest) {
+  FrameLog log(3);
+  for (std::uint64_t n = 0; n < 5; ++n) log.add(record(n, n == 1 ? Outcome::torn : Outcome::sent));
+  EXPECT_EQ(log.count(Outcome::sent), 4U);
+  EXPECT_EQ(log.count(Outcome::torn), 1U);
+  ASSERT_EQ(log.records().size(), 3U);
+  EXPECT_EQ(log.records().front().number, 2U);
+  log.reset_counts();
+  EXPECT_EQ(log.count(Outcome::sent), 0U);
+  EXPECT_EQ(log.records().size(), 3U);
+}
+
+TEST(FrameLog, WritesALineOfJsonAFrame) {
+  const test::TempDir folder;
+  FrameLog log;
+  ASSERT_TRUE(log.write_to(folder.path("log")).ok());
+  log.add(record(7, Outcome::replaced));
+  log.add(record(8, Outcome::sent));
+  std::ifstream file(folder.path("log"));
+  std::string line;
+  ASSERT_TRUE(std::getline(file, line)) << "readable while the program still runs";
+  const Result<JsonObject> read = parse_json_object(line);
+  ASSERT_TRUE(read) << read.status().message();
+  EXPECT_EQ(std::get<double>(read->find("number")->second), 7);
+  EXPECT_EQ(std::get<double>(read->find("stream")->second), 2);
+  EXPECT_EQ(std::get<double>(read->find("began_ns")->second), 5'000'001'000.0);
+  EXPECT_EQ(std::get<double>(read->find("pts")->second), 5'000'001);
+  EXPECT_EQ(std::get<double>(read->find("exposure_s")->second), 0.0003);
+  EXPECT_EQ(std::get<double>(read->find("gain")->second), 2.5);
+  EXPECT_EQ(std::get<double>(read->find("kelvin")->second), 5000);
+  EXPECT_EQ(std::get<double>(read->find("sent")->second), 60);
+  EXPECT_EQ(std::get<std::string>(read->find("outcome")->second), "replaced");
+  EXPECT_TRUE(std::getline(file, line));
+  EXPECT_FALSE(std::getline(file, line));
+}
+
+TEST(FrameLog, SaysWhereItCannotWrite) {
+  FrameLog log;
+  const Status status = log.write_to("/nowhere/at/all");
+  EXPECT_EQ(status.code(), StatusCode::unavailable);
+  EXPECT_NE(status.message().find("/nowhere/at/all"), std::string::npos);
+}
+
+TEST(FrameLog, EveryOutcomeHasItsName) {
+  EXPECT_EQ(to_string(Outcome::sent), "sent");
+  EXPECT_EQ(to_string(Outcome::marked), "marked");
+  EXPECT_EQ(to_string(Outcome::aborted), "aborted");
+  EXPECT_EQ(static_cast<std::size_t>(Outcome::aborted) + 1, kOutcomes.size());
+}
+
+}  // namespace
+}  // namespace lightwell::usb_camera

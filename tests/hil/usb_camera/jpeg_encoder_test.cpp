@@ -1,0 +1,62 @@
+#include "usb_camera/jpeg_encoder.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "camera/backends/v4l2/jpeg_decoder.hpp"
+#include "usb_camera/frame_stamp.hpp"
+
+namespace lightwell::usb_camera {
+namespace {
+
+std::vector<std::byte> ramp(FrameSize size, bool noisy) {
+  std::vector<std::byte> rgb;
+  unsigned random = 1;
+  for (int j = 0; j < size.height; ++j) {
+    for (int i = 0; i < size.width; ++i) {
+      for (int c = 0; c < 3; ++c) {
+        random = random * 1664525 + 1013904223;
+        rgb.push_back(static_cast<std::byte>(noisy ? random >> 24 : static_cast<unsigned>(i + j + 20 * c)));
+      }
+    }
+  }
+  return rgb;
+}
+
+TEST(JpegEncoder, ComesBackNearlyTheSame) {
+  const FrameSize size{96, 64};
+  const std::vector<std::byte> rgb = ramp(size, false);
+  const auto jpeg = encode_jpeg(rgb, size, 90, 1 << 20);
+  ASSERT_TRUE(jpeg) << jpeg.status().message();
+  std::vector<std::byte> back(rgb.size());
+  v4l2::JpegDecoder decoder(size.width, size.height);
+  ASSERT_TRUE(decoder.decode(*jpeg, back));
+  double sum = 0;
+  for (std::size_t k = 0; k < rgb.size(); ++k)
+    sum += std::abs(static_cast<double>(rgb[k]) - static_cast<double>(back[k]));
+  EXPECT_LT(sum / static_cast<double>(rgb.size()), 2);
+  ASSERT_TRUE(decoder.decode(*stamped(std::make_shared<const std::vector<std::byte>>(*jpeg), Encoding::mjpeg, 99), back))
+      << "a stamp does not hurt it";
+}
+
+TEST(JpegEncoder, LowersTheQualityUntilItFits) {
+  const FrameSize size{96, 64};
+  const std::vector<std::byte> noise = ramp(size, true);
+  const auto large = encode_jpeg(noise, size, 95, 1 << 20);
+  ASSERT_TRUE(large);
+  const std::size_t most = large->size() / 2;
+  const auto small = encode_jpeg(noise, size, 95, most);
+  ASSERT_TRUE(small);
+  EXPECT_LE(small->size(), most);
+  EXPECT_FALSE(encode_jpeg(noise, size, 95, 100));
+}
+
+TEST(JpegEncoder, SaysWhatLibjpegSays) {
+  const auto none = encode_jpeg({}, {0, 0}, 90, 1000);
+  EXPECT_FALSE(none);
+  EXPECT_NE(none.status().message().find("JPEG"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lightwell::usb_camera

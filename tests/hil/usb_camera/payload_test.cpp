@@ -1,0 +1,95 @@
+#include "usb_camera/payload.hpp"
+
+#include <tuple>
+
+#include <gtest/gtest.h>
+
+#include "hil/usb_camera/video_host.hpp"
+
+namespace lightwell::usb_camera {
+namespace {
+
+std::vector<std::byte> bytes(std::size_t n) {
+  std::vector<std::byte> out(n);
+  for (std::size_t i = 0; i < n; ++i) out[i] = static_cast<std::byte>(7 * i + (i >> 8));
+  return out;
+}
+
+/// A frame of so many bytes, in payloads of so many (0: one), over transfers of so many.
+class Cutting : public ::testing::TestWithParam<std::tuple<std::size_t, std::size_t, std::size_t>> {};
+
+TEST_P(Cutting, GivesTheFrameBack) {
+  const auto [frame, asked, transfer] = GetParam();
+  const auto payload = static_cast<std::uint32_t>(asked == 0 ? frame + 12 : asked);
+  const std::vector<std::byte> picture = bytes(frame);
+  PayloadCutter cutter({std::span(picture)}, payload, {true, false, 0xCAFE1234});
+  EXPECT_FALSE(cutter.begun());
+  bench::VideoHost host(payload, transfer);
+  Bytes out;
+  for (int i = 0; !cutter.done(); ++i) {
+    ASSERT_LT(i, 200'000) << "it never ends";
+    cutter.fill(transfer, {5'000'000'000}, out);
+    ASSERT_LE(out.size(), transfer);
+    host.complete(0, TransferStatus::success, out);
+  }
+  EXPECT_TRUE(cutter.begun());
+  EXPECT_EQ(cutter.sent(), frame);
+  ASSERT_EQ(host.frames.size(), 1U);
+  const auto& got = host.frames[0].bytes;
+  ASSERT_EQ(got.size(), frame);
+  EXPECT_TRUE(std::equal(got.begin(), got.end(), reinterpret_cast<const std::uint8_t*>(picture.data())));
+  EXPECT_EQ(host.frames[0].payloads, (frame + payload - 13) / (payload - 12));
+  EXPECT_EQ(host.frames[0].presentation, 0xCAFE1234U);
+  EXPECT_EQ(host.source_clocks.front(), 5'000'000U);
+  EXPECT_EQ(host.bus_frames.front(), 5000U % 2048);
+}
+
+// What makes ends fall on ends: a payload that fills its transfers to the byte, with and without the agreed length.
+INSTANTIATE_TEST_SUITE_P(Sizes, Cutting,
+                         ::testing::Values(std::tuple{614400, 0, 16384}, std::tuple{16384 - 12, 0, 16384},
+                                           std::tuple{16384, 0, 16384}, std::tuple{2 * 16384 - 12, 0, 16384},
+                                           std::tuple{100000, 16384, 16384}, std::tuple{100000, 3000, 3072},
+                                           std::tuple{2 * (3000 - 12) + 500, 3000, 512}, std::tuple{1, 0, 512},
+                                           std::tuple{5 * (1024 - 12), 1024, 512}, std::tuple{2024, 1024, 512},
+                                           std::tuple{100, 0, 12}));
+
+TEST(CuttingShortFrames, EndsALastPayloadThatFillsItsTransfersWithAnEmptyOne) {
+  // Of motion JPEG: the agreed payload is longer than this frame, which ends where its transfer ends.
+  const std::vector<std::byte> picture = bytes(1024 - 12);
+  PayloadCutter cutter({std::span(picture)}, 5000, {});
+  Bytes out;
+  cutter.fill(1024, {}, out);
+  EXPECT_EQ(out.size(), 1024U);
+  EXPECT_FALSE(cutter.done()) << "nobody can know yet that this was the end";
+  cutter.fill(1024, {}, out);
+  EXPECT_TRUE(out.empty());
+  EXPECT_TRUE(cutter.done());
+}
+
+TEST(CuttingParts, LeavesOutWhatLiesBetween) {
+  const std::vector<std::byte> picture = bytes(3000);
+  const std::span<const std::byte> all(picture);
+  PayloadCutter cutter({all.first(1000), all.last(1000)}, 4000, {false, true, 0});
+  bench::VideoHost host(4000, 512);
+  Bytes out;
+  while (!cutter.done()) {
+    cutter.fill(512, {}, out);
+    host.complete(0, TransferStatus::success, out);
+  }
+  ASSERT_EQ(host.frames.size(), 1U);
+  EXPECT_TRUE(host.frames[0].error);
+  EXPECT_FALSE(host.frames[0].frame_id);
+  ASSERT_EQ(host.frames[0].bytes.size(), 2000U);
+  EXPECT_EQ(host.frames[0].bytes[999], static_cast<std::uint8_t>(picture[999]));
+  EXPECT_EQ(host.frames[0].bytes[1000], static_cast<std::uint8_t>(picture[2000]));
+}
+
+TEST(Clock, CountsMicrosecondsAndMillisecondsAndWraps) {
+  EXPECT_EQ(clock_ticks({1'000}), 1U);
+  EXPECT_EQ(clock_ticks({4'294'967'296'000}), 0U);
+  EXPECT_EQ(start_of_frame({2047 * std::int64_t{1'000'000}}), 2047);
+  EXPECT_EQ(start_of_frame({2048 * std::int64_t{1'000'000}}), 0);
+}
+
+}  // namespace
+}  // namespace lightwell::usb_camera
