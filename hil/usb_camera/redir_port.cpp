@@ -2,8 +2,10 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -17,6 +19,8 @@ namespace {
 
 // What may wait to be fetched: all transfers that a well-behaved host has queued, and more.
 constexpr std::uint64_t kMostWaiting = std::uint64_t{8} << 20;
+// What is taken in before others have their turn.
+constexpr std::size_t kMostAtOnce = std::size_t{64} << 10;
 
 // Endpoints are numbered as in libusbredirhost: 0 to 15 towards the device, 16 to 31 towards the host.
 constexpr std::size_t kControlOut = 0, kControlIn = 16, kStreamingIn = 17;
@@ -60,8 +64,15 @@ struct RedirPort::Callbacks {
   static void log(void*, int, const char*) {}
 
   static int read(void* self, std::uint8_t* data, int count) {
-    const ssize_t n = ::recv(port(self).socket_.get(), data, static_cast<std::size_t>(count), MSG_DONTWAIT);
-    if (n > 0) return static_cast<int>(n);
+    // The parser reads until there is nothing: a flood would keep it from ever coming back, and its answers without end.
+    RedirPort& p = port(self);
+    const std::size_t most = std::min(static_cast<std::size_t>(count), p.may_read_);
+    if (most == 0 || !p.wants_read()) return 0;
+    const ssize_t n = ::recv(p.socket_.get(), data, most, MSG_DONTWAIT);
+    if (n > 0) {
+      p.may_read_ -= static_cast<std::size_t>(n);
+      return static_cast<int>(n);
+    }
     return n < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
   }
 
@@ -236,7 +247,10 @@ RedirPort::RedirPort(Device& device, FileDescriptor socket, bool plugged)
 
 RedirPort::~RedirPort() = default;
 
-bool RedirPort::read() { return usbredirparser_do_read(parser_.get()) == 0; }
+bool RedirPort::read() {
+  may_read_ = kMostAtOnce;
+  return usbredirparser_do_read(parser_.get()) == 0;
+}
 
 bool RedirPort::write() {
   return usbredirparser_has_data_to_write(parser_.get()) == 0 || usbredirparser_do_write(parser_.get()) == 0;

@@ -21,7 +21,7 @@ class RedirPort final : public TransferSink {
   RedirPort& operator=(const RedirPort&) = delete;
   ~RedirPort();
 
-  /// Takes in what has come. False where the other side has gone, or speaks something else.
+  /// Takes in some of what has come. False where the other side has gone, or speaks something else.
   [[nodiscard]] bool read();
   /// Sends what is ready, as far as the socket takes it. False as above.
   [[nodiscard]] bool write();
@@ -45,6 +45,7 @@ class RedirPort final : public TransferSink {
 
   Device& device_;
   FileDescriptor socket_;
+  std::size_t may_read_ = 0;  ///< Bytes that are left of one read().
   bool plugged_, greeted_ = false, announced_ = false;
   std::unique_ptr<usbredirparser, Destroy> parser_;
 };
