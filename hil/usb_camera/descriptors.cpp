@@ -68,7 +68,7 @@ void append_format(Bytes& out, const Offer& offer, std::size_t number) {
 }
 
 void append_video_control(Bytes& out) {
-  append(out, {9, 4, kControlInterface, 0, 0, kInterfaceClass, 1, 0, 2});
+  append(out, {9, 4, kControlInterface, 0, 0, kInterfaceClass, 1, 0, 0});
   const std::size_t header = out.size();
   // 3.7.2: version 1.1, total length to be filled in, clock, one streaming interface.
   append(out, {13, kClassInterface, 1, 0x10, 0x01, 0, 0});
