@@ -13,8 +13,10 @@ _SECONDS = 12.0
 
 
 def camera_text(rig: Rig, camera: Any, device: str, *, exposure: str = "") -> str:
-    """The CameraConfig of lightwelld for a simulated camera that the board has as `device`."""
-    uri = f"v4l2:{device}?format={camera.format.lower()}" if camera.backend == "v4l2" else f"libcamera:0?format={camera.format.lower()}"
+    """The CameraConfig of lightwelld for a simulated camera that the board has as `device`; `exposure`: more of its URI."""
+    # The camera's white is D65, as its calibration says; the firmware would set 5000 K.
+    uri = (f"v4l2:{device}?format={camera.format.lower()}&white_balance=6500" if camera.backend == "v4l2"
+           else f"libcamera:0?format={camera.format.lower()}")
     return (f'uri: "{uri}{exposure}" width: {camera.width} height: {camera.height} frame_rate: {camera.frame_rate}')
 
 

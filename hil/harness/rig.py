@@ -55,18 +55,22 @@ def _done(command: Sequence[str | Path], root: Path, what: str) -> str:
     return done.stdout
 
 
-def prepare(root: Path) -> Tools:
-    """Builds the programs of both sides, which takes minutes where nothing is there yet. CannotRun where this machine has no
-    QEMU; NotBuilt."""
+def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
+    """Builds the programs of both sides, which takes minutes where nothing is there yet; `built` are the folders of builds, the
+    host's and the board's, that are taken as they are. CannotRun where this machine has no QEMU, or `built` lacks a program;
+    NotBuilt."""
     try:
         qemu.find()
     except qemu.NoQemu as why:
         raise CannotRun(str(why)) from why
-    panoramas = _done([root / "cmake/fetch_panoramas"], root, "cmake/fetch_panoramas").splitlines()[-1]
-    # A test's own build where there is one: continuous integration has built everything already.
-    host = Path(os.environ.get("LIGHTWELL_HOST_BUILD") or root / "build/dev")
-    board = root / "build/board-aarch64"
-    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas
+    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas = _done([root / "cmake/fetch_panoramas"], root,
+                                                             "cmake/fetch_panoramas").splitlines()[-1]
+    host, board = built or (root / "build/dev", root / "build/board-aarch64")
+    if built:
+        for program in (host / "bin/lightwell-usb-camera", board / "bin/lightwelld"):
+            if not program.exists():
+                raise CannotRun(f"{program} is not built: tests/run builds it")
+        return Tools(root, host / "bin", board)
     for preset, folder, targets in (("dev", host, HOST_TARGETS), ("board-aarch64", board, BOARD_TARGETS)):
         say(f"building {', '.join(targets)} ({preset})")
         if preset == "board-aarch64":
