@@ -10,7 +10,7 @@ from hil.harness.runner import Measured
 
 # From where the sun of the brightest panorama stays below saturation to where its sky is well exposed, in even ratios: as
 # hil/demo --bracket 3 has it.
-_BRACKET = ("0.0001", "0.0016", "0.0256")
+BRACKET = ("0.0001", "0.0016", "0.0256")
 
 
 def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
@@ -48,13 +48,13 @@ def bracket(rig: Rig, test: Any, measured: Measured) -> None:
     """Three exposures, set through the kernel's controls frame by frame, against the scene's own light."""
     camera = rig.described(test.camera).usb_simulated
     recording = rig.folder / "bracket.lwr"
-    with rig.usb_camera(test.camera, arguments=ahead(camera, ",".join(_BRACKET))) as outside:
-        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video(), exposure="&exposure=" + ",".join(_BRACKET)),
+    with rig.usb_camera(test.camera, arguments=ahead(camera, ",".join(BRACKET))) as outside:
+        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video(), exposure="&exposure=" + ",".join(BRACKET)),
                             more=calibrate(rig, camera), timeout_s=300)
         rig.record(uri, 15, recording)
         info = rig.info(uri)
         controls = outside.counters()["counters"]["controls_set"]
-    report = rig.judge(recording, camera.scene, camera, _BRACKET)
+    report = rig.judge(recording, camera.scene, camera, BRACKET)
     measured.figure("descriptors", report["frames"], "", ">= 20")
     # Of the simulated sensor on the desktop 1 % was promised.
     measured.figure("irradiance error, median", 100 * report["median_error"], "%", "<= 1.5")

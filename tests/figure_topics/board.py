@@ -1,0 +1,28 @@
+"""Topic board: what hil/run measures on the emulated arm64 board, every figure a row."""
+import json
+import pathlib
+import subprocess
+
+# hil/run builds what it needs itself: for this machine with the preset dev, for the board with board-aarch64.
+TARGETS = ["lightwell_cli"]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+REAL = ("arm64 Debian kernel, systemd, uvcvideo and network in QEMU (TCG); simulated USB camera outside; real lightwelld, "
+        "client on this machine")
+
+
+def measure(_programs, say):
+    # The order of a published run is the same for everybody.
+    say("hil/run --seed 1 (a quarter of an hour)")
+    done = subprocess.run([ROOT / "hil/run", "--seed", "1", "--json"], stdout=subprocess.PIPE, text=True)
+    if done.returncode not in (0, 1):
+        why = "SKIP: this machine cannot run the board" if done.returncode == 77 else f"hil/run ended with {done.returncode}"
+        return [{"name": "hil/run", "asked": "a whole run", "measured": why, "unit": "", "holds": False, "real": REAL}]
+    rows = []
+    for test in json.loads(done.stdout):
+        rows += [{"name": f"{test['test']}: {figure['name']}", "asked": figure["asked"] or "reported", "measured": figure["measured"],
+                  "unit": figure["unit"], "holds": figure["holds"], "real": REAL} for figure in test["figures"]]
+        if not test["good"]:
+            said = (test["skipped"] or test["trouble"] or "a figure does not hold").strip().splitlines()[-1]
+            rows.append({"name": test["test"], "asked": "runs to its end, each figure as asked", "measured": said, "unit": "",
+                         "holds": False, "real": REAL})
+    return rows
