@@ -33,16 +33,17 @@ def calibrate(rig: Rig, camera: Any, scene: str = "") -> str:
     return 'calibration: "rig.textproto"\n'
 
 
-def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = _SECONDS, at_least: float = 0) -> dict[str, float]:
+def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = _SECONDS, more: str = "", at_least: float = 0) -> dict[str, float]:
     """Streams for a while and accounts for every frame: camera, kernel and firmware, estimator, client."""
     camera = rig.described(test.camera).usb_simulated
     with rig.usb_camera(test.camera, arguments=["--pace", "rate", *ahead(camera)]) as outside:
-        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera))
-        time.sleep(2)  # A stream that has just begun is not what is measured.
+        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera) + more)
+        time.sleep(6)  # A stream that has just begun is not what is measured.
         begun = rig.snapshot(outside, uri)
         summary = rig.watch(uri, seconds)
         ended = rig.snapshot(outside, uri)
         rss = rig.daemon()["rss_kb"]
+        profile = rig.profile(5)
     took = ended["at"] - begun["at"]
     grown = {name: ended[name] - begun[name] for name in ended}
     rate = summary["frames_per_s"]
@@ -56,22 +57,23 @@ def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = 
     measured.figure("frames that the firmware counted as lost", grown["frames_lost"])
     used = grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
     measured.figure("frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used), "", "<= 4")
-    measured.figure("captures dropped for the estimator's sake", grown["captures_dropped"])
-    measured.figure("captures that the client neither got nor knows as missing",
-                    abs(grown["estimates"] - summary["frames"] - summary["gaps"]), "",
-                    f"<= {max(8, 0.6 * grown['estimates'] / took):.0f}")
+    measured.figure("captures dropped for the estimator's sake, a newer one being there", grown["captures_dropped"])
+    # A client sees what was dropped as holes in the numbers.
+    measured.figure("captures that the client neither got nor knows as missing (looks up to 0.3 s apart)",
+                    abs(used - summary["frames"] - summary["gaps"]), "", f"<= {max(8, 0.6 * used / took):.0f}")
     measured.figure("from delivery to the client, p50", summary["latency_p50_ms"] or float("nan"), "ms")
     measured.figure("from delivery to the client, p99", summary["latency_p99_ms"] or float("nan"), "ms")
     measured.figure("a descriptor, median", summary["bytes_p50"] or float("nan"), "bytes")
     measured.figure("lightwelld's memory", rss / 1024, "MB")
+    measured.figure("where the board's two processors' time goes, %", profile)
     if not summary["frames"]:
         raise Broken(f"no descriptor came\n{rig.journal()}")
     return {"rate": rate, **grown}
 
 
 def usb_camera_yuyv(rig: Rig, test: Any, measured: Measured) -> None:
-    """30 frames a second were asked: a client's window may hold one less."""
-    measure_stream(rig, test, measured, at_least=29.5)
+    """At the setting fast, to which a budget leads the estimator on such a processor."""
+    measure_stream(rig, test, measured, more="budget_ms: 25\n", at_least=29)
 
 
 def usb_camera_nv12(rig: Rig, test: Any, measured: Measured) -> None:

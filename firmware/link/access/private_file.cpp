@@ -47,6 +47,19 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
+/// What an administrator's `lightwelld --pair` writes belongs to the daemon's user, as the folder does: else the daemon could
+/// not read it.
+bool give_to_owner_of(const std::string& folder, int descriptor) {
+  if (::geteuid() != 0) return true;
+  struct stat facts {};
+  return ::stat(folder.c_str(), &facts) == 0 && ::fchown(descriptor, facts.st_uid, facts.st_gid) == 0;
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
 }  // namespace
 
 Status make_private_folder(const std::string& path) {
@@ -69,7 +82,7 @@ Status write_private_file(const std::string& path, std::string_view text) {
   {
     const Descriptor file(::mkostemp(beside.data(), O_CLOEXEC));  // mode 0600
     if (file.get() < 0) return failed(path, "cannot be written");
-    if (!write_all(file.get(), text) || ::fsync(file.get()) != 0) {
+    if (!write_all(file.get(), text) || !give_to_owner_of(folder_of(path), file.get()) || ::fsync(file.get()) != 0) {
       const Status s = failed(path, "cannot be written");
       ::unlink(beside.c_str());
       return s;
@@ -106,6 +119,11 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   const std::string path = folder + "/lock";
   const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (descriptor < 0) return failed(path, "cannot be opened");
+  if (!give_to_owner_of(folder, descriptor)) {
+    const Status s = failed(path, "cannot be given to the folder's owner");
+    ::close(descriptor);
+    return s;
+  }
   while (::flock(descriptor, LOCK_EX) != 0) {
     if (errno == EINTR) continue;
     const Status s = failed(path, "cannot be locked");

@@ -13,7 +13,8 @@ namespace lightwell {
 /// in it.
 [[nodiscard]] Status make_private_folder(const std::string& path);
 
-/// Mode 0600, on the disk when this returns; a reader sees the old content or the new, never a part.
+/// Mode 0600, on the disk when this returns; a reader sees the old content or the new, never a part. Written by root it
+/// belongs to the owner of its folder.
 [[nodiscard]] Status write_private_file(const std::string& path, std::string_view text);
 /// Nothing where there is no such file. resource_exhausted above a mebibyte.
 [[nodiscard]] Result<std::optional<std::string>> read_private_file(const std::string& path);

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <lightwell/secrets.hpp>
 
@@ -30,6 +31,27 @@ mode_t mode_of(const std::string& path) {
   struct stat s {};
   EXPECT_EQ(::stat(path.c_str(), &s), 0) << path;
   return s.st_mode & 0777;
+}
+
+uid_t owner_of(const std::string& path) {
+  struct stat s {};
+  EXPECT_EQ(::stat(path.c_str(), &s), 0) << path;
+  return s.st_uid;
+}
+
+TEST(PrivateFile, BelongsToWhoOwnsItsFolder) {
+  const TempDir folder;
+  const std::string keys = folder.path("keys");
+  ASSERT_TRUE(make_private_folder(keys).ok());
+  // As root, which `lightwelld --pair` may be started by: the daemon's user is another one.
+  constexpr uid_t kDaemon = 4711;
+  if (::geteuid() == 0) {
+    ASSERT_EQ(::chown(keys.c_str(), kDaemon, kDaemon), 0);
+  }
+  ASSERT_TRUE(write_private_file(keys + "/clients", "ann").ok());
+  EXPECT_EQ(owner_of(keys + "/clients"), ::geteuid() == 0 ? kDaemon : ::geteuid());
+  ASSERT_TRUE(FolderLock::take(keys).ok());
+  EXPECT_EQ(owner_of(keys + "/lock"), owner_of(keys));
 }
 
 class ProbeKeysTest : public ::testing::Test {
