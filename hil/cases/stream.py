@@ -33,11 +33,11 @@ def calibrate(rig: Rig, camera: Any, scene: str = "") -> str:
     return 'calibration: "rig.textproto"\n'
 
 
-def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = _SECONDS, more: str = "", at_least: float = 0) -> dict[str, float]:
+def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = _SECONDS, into_firmware: float = 1) -> dict[str, float]:
     """Streams for a while and accounts for every frame: camera, kernel and firmware, estimator, client."""
     camera = rig.described(test.camera).usb_simulated
     with rig.usb_camera(test.camera, arguments=["--pace", "rate", *ahead(camera)]) as outside:
-        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera) + more)
+        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera))
         time.sleep(6)  # A stream that has just begun is not what is measured.
         begun = rig.snapshot(outside, uri)
         summary = rig.watch(uri, seconds)
@@ -47,7 +47,8 @@ def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = 
     took = ended["at"] - begun["at"]
     grown = {name: ended[name] - begun[name] for name in ended}
     rate = summary["frames_per_s"]
-    measured.figure("descriptors at the client", rate, "/s", f">= {at_least:g}" if at_least else "")
+    measured.figure("frames into the firmware", grown["frames"] / took, "/s", f">= {into_firmware:g}")
+    measured.figure("descriptors at the client", rate, "/s", ">= 1")
     measured.figure("frames that the camera sent", grown["sent"] / took, "/s")
     measured.figure("frames that the camera could not hand over, counted by it", grown["camera_dropped"])
     # In flight between two looks that are not at one moment: a handful at either end.
@@ -72,23 +73,23 @@ def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = 
 
 
 def usb_camera_yuyv(rig: Rig, test: Any, measured: Measured) -> None:
-    """At the setting fast, to which a budget leads the estimator on such a processor."""
-    measure_stream(rig, test, measured, more="budget_ms: 25\n", at_least=29)
+    """The kernel and the firmware's camera keep up; what the emulated processor estimates of it is reported, with its profile."""
+    measure_stream(rig, test, measured, into_firmware=29)
 
 
 def usb_camera_nv12(rig: Rig, test: Any, measured: Measured) -> None:
     """As the raw one; the estimator has more to do."""
-    measure_stream(rig, test, measured, at_least=1)
+    measure_stream(rig, test, measured)
 
 
 def usb_camera_mjpeg(rig: Rig, test: Any, measured: Measured) -> None:
     """An emulated processor decodes each frame."""
-    measure_stream(rig, test, measured, at_least=1)
+    measure_stream(rig, test, measured)
 
 
 def libcamera(rig: Rig, test: Any, measured: Measured) -> None:
     """The other way to the same camera."""
-    measure_stream(rig, test, measured, at_least=1)
+    measure_stream(rig, test, measured)
 
 
 def limits(rig: Rig, test: Any, measured: Measured) -> None:
