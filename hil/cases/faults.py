@@ -57,7 +57,7 @@ def camera_unplugged(rig: Rig, test: Any, measured: Measured) -> None:
             camera.command("plug")
             rig.wait_for_video()
             times.append(back_after(watcher, "light after the camera was put in again", 60))
-        measured.figure("light again after the kernel has its device, largest of five", max(times), "s", "<= 6")
+        measured.time("light again after the kernel has its device, largest of five", max(times), "s", "<= 6")
         the_same_daemon(rig, before, measured)
         if "came back" not in rig.journal(60) and "is back" not in rig.journal(60):
             measured.figure("the log's last word", rig.journal(1).strip())
@@ -71,7 +71,7 @@ def camera_silent(rig: Rig, test: Any, measured: Measured) -> None:
         dark(watcher)
         silent = wait_for("its silence to end", lambda: camera.counters()["counters"]["silent"] or None, 30)
         time.sleep(8)
-        measured.figure("light again after ten seconds of silence", back_after(watcher, "light after the silence", 60), "s", "<= 6")
+        measured.time("light again after ten seconds of silence", back_after(watcher, "light after the silence", 60), "s", "<= 6")
         measured.figure("frames that the camera withheld", silent)
         the_same_daemon(rig, before, measured)
 
@@ -81,7 +81,7 @@ def camera_stalled(rig: Rig, test: Any, measured: Measured) -> None:
     with running(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         camera.command("stall")
-        measured.figure("light again after the endpoint stalled", back_after(watcher, "light after the stall", 90), "s", "<= 15")
+        measured.time("light again after the endpoint stalled", back_after(watcher, "light after the stall", 90), "s", "<= 15")
         the_same_daemon(rig, before, measured)
 
 
@@ -99,8 +99,8 @@ def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
         measured.figure("damaged frames that were sent", 60)
         measured.figure("frames counted as lost meanwhile", lost, "", ">= 60")
         sent, came = ended["sent"] - begun["sent"], ended["frames"] - begun["frames"]
-        measured.figure("frames neither whole nor counted (looks up to 0.3 s apart)", abs(sent - came - lost), "", "<= 16")
-        measured.figure("light again", back_after(watcher, "light after damaged frames", 30), "s", "<= 4")
+        measured.figure("frames neither whole nor counted (looks up to 0.6 s apart)", abs(sent - came - lost), "", "<= 36")
+        measured.time("light again", back_after(watcher, "light after damaged frames", 30), "s", "<= 4")
         the_same_daemon(rig, before, measured)
 
 
@@ -112,7 +112,7 @@ def network_down(rig: Rig, test: Any, measured: Measured) -> None:
         dark(watcher)
         time.sleep(3)
         rig.board.qmp("set_link", name="net0", up=True)
-        measured.figure("light again after the network is back", back_after(watcher, "light after the network came back", 60), "s",
+        measured.time("light again after the network is back", back_after(watcher, "light after the network came back", 60), "s",
                         "<= 8")
         the_same_daemon(rig, before, measured)
 
@@ -125,7 +125,7 @@ def clock_set_back(rig: Rig, test: Any, measured: Measured) -> None:
         lines = wait_for("eight seconds more", lambda: watcher.seconds()[since:] if len(watcher.seconds()) >= since + 8 else None, 60)
         rig.board.run("date -s @$(( $(date +%s) + 3600 ))", check=True)
         measured.figure("seconds without light", sum(1 for line in lines if line["frames"] == 0), "", "== 0")
-        measured.figure("age of descriptors at their arrival, p99, largest second",
+        measured.time("age of descriptors at their arrival, p99, largest second",
                         max(line["age_p99_ms"] or 0 for line in lines), "ms", "<= 2000")
         measured.figure("descriptors refused", lines[-1]["rejected"] - lines[0]["rejected"], "", "== 0")
         the_same_daemon(rig, before, measured)
@@ -140,7 +140,7 @@ def daemon_killed(rig: Rig, test: Any, measured: Measured) -> None:
             rig.board.run("systemctl kill --signal=KILL lightwelld", check=True)
             times.append(back_after(watcher, "light after lightwelld was killed", 90))
         after = rig.daemon()
-        measured.figure("light again after lightwelld was killed, largest of three", max(times), "s", "<= 20")
+        measured.time("light again after lightwelld was killed, largest of three", max(times), "s", "<= 20")
         measured.figure("restarts by systemd", after["restarts"] - before["restarts"], "", "== 3")
         measured.figure("reconnects of the client", watcher.seconds()[-1]["reconnects"], "", ">= 3")
 
@@ -168,7 +168,7 @@ def memory_exhausted(rig: Rig, test: Any, measured: Measured) -> None:
         # tail keeps a line until it ends, and this one does not.
         done = rig.board.run("tail /dev/zero; echo ended $?", timeout_s=180)
         measured.figure("the glutton ended with", done.out.strip().split()[-1], "", "== 137")
-        measured.figure("light again", back_after(watcher, "light after memory was exhausted", 120), "s", "<= 30")
+        measured.time("light again", back_after(watcher, "light after memory was exhausted", 120), "s", "<= 30")
         measured.figure("restarts of lightwelld", rig.daemon()["restarts"] - before["restarts"], "", "<= 1")
         if "oom" not in rig.board.run("dmesg | grep -i oom | tail -3").out.lower():
             raise Broken("the kernel does not say that memory was exhausted")

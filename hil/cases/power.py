@@ -41,6 +41,7 @@ def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
     found: list[str] = []
     for _ in range(_CUTS):
         whole = _prepare(rig)
+        rig.board.run(f"lightwell-calibrate import /run/old.yaml --output {_FILE}", check=True)
         rig.board.run("setsid sh /run/save.sh >/run/save.log 2>&1 & while [ ! -s /run/saves ]; do sleep 0.1; done", check=True,
                       timeout_s=120)
         time.sleep(1 + 3 * chance.random())

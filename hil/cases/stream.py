@@ -47,23 +47,23 @@ def measure_stream(rig: Rig, test: Any, measured: Measured, *, seconds: float = 
     took = ended["at"] - begun["at"]
     grown = {name: ended[name] - begun[name] for name in ended}
     rate = summary["frames_per_s"]
-    measured.figure("frames into the firmware", grown["frames"] / took, "/s", f">= {into_firmware:g}")
-    measured.figure("descriptors at the client", rate, "/s", ">= 1")
-    measured.figure("frames that the camera sent", grown["sent"] / took, "/s")
+    measured.time("frames into the firmware", grown["frames"] / took, "/s", f">= {into_firmware:g}")
+    measured.time("descriptors at the client", rate, "/s", ">= 1")
+    measured.time("frames that the camera sent", grown["sent"] / took, "/s")
     measured.figure("frames that the camera could not hand over, counted by it", grown["camera_dropped"])
     # In flight between two looks that are not at one moment: a handful at either end.
     lost = grown["sent"] - grown["frames"] - grown["frames_lost"]
-    measured.figure("frames sent that neither came nor were counted as lost (looks are up to 0.3 s apart)", abs(lost), "",
-                    f"<= {max(8, 0.6 * grown['sent'] / took):.0f}")
+    measured.figure("frames sent that neither came nor were counted as lost (looks are up to 0.6 s apart)", abs(lost), "",
+                    f"<= {max(8, 1.2 * grown['sent'] / took):.0f}")
     measured.figure("frames that the firmware counted as lost", grown["frames_lost"])
     used = grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
     measured.figure("frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used), "", "<= 4")
     measured.figure("captures dropped for the estimator's sake, a newer one being there", grown["captures_dropped"])
     # A client sees what was dropped as holes in the numbers.
-    measured.figure("captures that the client neither got nor knows as missing (looks up to 0.3 s apart)",
-                    abs(used - summary["frames"] - summary["gaps"]), "", f"<= {max(8, 0.6 * used / took):.0f}")
-    measured.figure("from delivery to the client, p50", summary["latency_p50_ms"] or float("nan"), "ms")
-    measured.figure("from delivery to the client, p99", summary["latency_p99_ms"] or float("nan"), "ms")
+    measured.figure("captures that the client neither got nor knows as missing (looks up to 0.6 s apart)",
+                    abs(used - summary["frames"] - summary["gaps"]), "", f"<= {max(8, 1.2 * used / took):.0f}")
+    measured.time("from delivery to the client, p50", summary["latency_p50_ms"] or float("nan"), "ms")
+    measured.time("from delivery to the client, p99", summary["latency_p99_ms"] or float("nan"), "ms")
     measured.figure("a descriptor, median", summary["bytes_p50"] or float("nan"), "bytes")
     measured.figure("lightwelld's memory", rss / 1024, "MB")
     measured.figure("where the board's two processors' time goes, %", profile)
@@ -107,6 +107,6 @@ def limits(rig: Rig, test: Any, measured: Measured) -> None:
             summary = rig.watch(uri, 8)
             ended = rig.snapshot(outside, uri)
         took = ended["at"] - begun["at"]
-        measured.figure(f"{width}x{height}: frames into the firmware", (ended["frames"] - begun["frames"]) / took, "/s")
-        measured.figure(f"{width}x{height}: descriptors at the client", summary["frames_per_s"], "/s", ">= 1")
+        measured.time(f"{width}x{height}: frames into the firmware", (ended["frames"] - begun["frames"]) / took, "/s")
+        measured.time(f"{width}x{height}: descriptors at the client", summary["frames_per_s"], "/s", ">= 1")
         measured.figure(f"{width}x{height}: where the board's two processors' time goes", profile)

@@ -31,9 +31,16 @@ class Measured:
 
     def figure(self, name: str, measured: float | str, unit: str = "", asked: str = "") -> None:
         """asked: "<= 3", ">= 30", "== 0"; empty: reported."""
-        self.figures.append(Figure(name, measured if isinstance(measured, str) else float(measured), unit, asked))
-        held = "" if self.figures[-1].holds else f", and {asked} was asked"
-        say(f"    {name}: {measured if isinstance(measured, str) else format(measured, '.4g')} {unit}{held}")
+        self._add(Figure(name, measured if isinstance(measured, str) else float(measured), unit, asked))
+
+    def time(self, name: str, measured: float, unit: str, asked: str = "") -> None:
+        """The same of what a clock says: a time or a rate."""
+        self._add(Figure(name, float(measured), unit, asked, timed=True))
+
+    def _add(self, figure: Figure) -> None:
+        self.figures.append(figure)
+        shown = figure.measured if isinstance(figure.measured, str) else format(figure.measured, ".4g")
+        say(f"    {figure.name}: {shown} {figure.unit}{'' if figure.holds else f', and {figure.asked} was asked'}")
 
 
 # Starts the board that a roster's entry describes, in a stack that ends it.
@@ -67,7 +74,7 @@ class _Limit:
 
 
 def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed: int, commit: str, lock_limit_s: float,
-        finished: Callable[[Result], None], case: Callable[[Any], Case] = case_of, lock_folder: Path | None = None) -> list[Result]:
+        times_judged: bool = True, finished: Callable[[Result], None], case: Callable[[Any], Case] = case_of, lock_folder: Path | None = None) -> list[Result]:
     """Every test once; `finished` hears of each when it is over."""
     results = []
     todo = order.shuffled(tests, seed)
@@ -78,7 +85,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
             say(f"[{number} of {len(todo)}] {test.name}: {test.what}")
             begun = time.monotonic()
             measured = Measured()
-            result = Result(test.name, commit, 0, measured.figures)
+            result = Result(test.name, commit, 0, measured.figures, times_judged=times_judged)
             try:
                 if board is None or name != test.board or test.fresh_board:
                     stack.close()

@@ -115,6 +115,13 @@ class Reports(unittest.TestCase):
         self.assertFalse(report.Result("t", "c", 1, good, skipped="no QEMU").good)
         self.assertFalse(report.Result("t", "c", 1, [*good, report.Figure("f", 4, "", "<= 3")]).good)
 
+    def test_times_may_be_reported_alone(self) -> None:
+        late = [report.Figure("f", 1, "", "<= 2"), report.Figure("t", 9, "s", "<= 3", timed=True)]
+        self.assertFalse(report.Result("t", "c", 1, late).good)
+        self.assertTrue(report.Result("t", "c", 1, late, times_judged=False).good)
+        wrong = [report.Figure("f", 3, "", "<= 2")]
+        self.assertFalse(report.Result("t", "c", 1, wrong, times_judged=False).good)
+
     def test_an_entry_without_a_run_of_this_commit_is_stale(self) -> None:
         tests = [SimpleNamespace(name=name) for name in ("never", "old", "bad", "skipped", "good")]
         good = [report.Figure("f", 1)]

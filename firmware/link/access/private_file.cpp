@@ -93,6 +93,9 @@ Status write_private_file(const std::string& path, std::string_view text) {
     ::unlink(beside.c_str());
     return s;
   }
+  // The name, too, is to outlast a power cut.
+  const Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder.get() < 0 || ::fsync(folder.get()) != 0) return failed(path, "is in its place, but the disk did not confirm it");
   return {};
 }
 

@@ -4,12 +4,27 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <unistd.h>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 
 namespace lightwell::calibrate {
+
+namespace {
+
+bool flush_folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool done = ::fsync(descriptor) == 0;
+  ::close(descriptor);
+  return done;
+}
+
+}  // namespace
 
 Status write_atomically(const std::string& path, std::string_view bytes) {
   const auto failed = [&](const std::string& what) {
@@ -39,6 +54,8 @@ Status write_atomically(const std::string& path, std::string_view bytes) {
     ::unlink(temporary.c_str());
     return s;
   }
+  // Without this the new name may be lost with the power, though what it names is on the disk.
+  if (!flush_folder_of(path)) return failed("is in its place, but the disk did not confirm it");
   return {};
 }
 
