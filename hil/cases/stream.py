@@ -16,7 +16,7 @@ def camera_text(rig: Rig, camera: Any, device: str, *, exposure: str = "") -> st
     """The CameraConfig of lightwelld for a simulated camera that the board has as `device`; `exposure`: more of its URI."""
     # The camera's white is D65, as its calibration says; the firmware would set 5000 K.
     uri = (f"v4l2:{device}?format={camera.format.lower()}&white_balance=6500" if camera.backend == "v4l2"
-           else f"libcamera:0?format={camera.format.lower()}")
+           else f"libcamera:1?format={camera.format.lower()}")
     return (f'uri: "{uri}{exposure}" width: {camera.width} height: {camera.height} frame_rate: {camera.frame_rate}')
 
 
@@ -95,7 +95,7 @@ def libcamera(rig: Rig, test: Any, measured: Measured) -> None:
 def limits(rig: Rig, test: Any, measured: Measured) -> None:
     """At which size and rate the emulated board gives out: the camera sends as fast as it is taken."""
     camera = rig.described(test.camera).usb_simulated
-    for width, height in ((320, 240), (640, 480), (1280, 720), (1920, 1080)):
+    for width, height in ((640, 480), (1280, 720), (1920, 1080)):
         sized = type(camera)()
         sized.CopyFrom(camera)
         sized.width, sized.height, sized.frame_rate = width, height, 60
@@ -108,5 +108,5 @@ def limits(rig: Rig, test: Any, measured: Measured) -> None:
             ended = rig.snapshot(outside, uri)
         took = ended["at"] - begun["at"]
         measured.time(f"{width}x{height}: frames into the firmware", (ended["frames"] - begun["frames"]) / took, "/s")
-        measured.time(f"{width}x{height}: descriptors at the client", summary["frames_per_s"], "/s", ">= 1")
+        measured.time(f"{width}x{height}: descriptors at the client", summary["frames_per_s"], "/s")
         measured.figure(f"{width}x{height}: where the board's two processors' time goes", profile)

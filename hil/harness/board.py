@@ -431,7 +431,7 @@ class Board:
         self._need()
         return Qmp(self.folder / "qmp.sock", timeout_s)
 
-    def qmp(self, command: str, **arguments: Any) -> Any:
+    def qmp(self, command: str, /, **arguments: Any) -> Any:
         """One command of QEMU's."""
         with self.qmp_session() as session:
             return session.command(command, **arguments)

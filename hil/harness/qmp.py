@@ -63,7 +63,7 @@ class Qmp:
         line, self._buffer = self._buffer.split(b"\n", 1)
         return json.loads(line)
 
-    def command(self, name: str, **arguments: Any) -> Any:
+    def command(self, name: str, /, **arguments: Any) -> Any:
         """What QEMU returns. An underscore of an argument's name stands for QEMU's hyphen."""
         message: dict[str, Any] = {"execute": name}
         if arguments:
