@@ -119,7 +119,7 @@ def found_by_mdns(rig: Rig, test: Any, measured: Measured) -> None:
 
         found = wait_for("the board to be found", look, 60)
         measured.time("found after", time.monotonic() - begun, "s", "<= 20")
-    links = [link for link in found["links"] if link.startswith("grpc")]
+    links = [link["uri"] for link in found["links"] if link["uri"].startswith("grpc")]
     measured.figure("firmware's version", found["version"])
     summary = json.loads(rig.client(["watch", links[0], "--seconds", "4", "--json"]).splitlines()[-1])
     measured.time(f"descriptors a second at the address that was found ({links[0]})", summary["frames_per_s"], "/s", ">= 5")

@@ -51,7 +51,7 @@ def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
         there = rig.board.run(f"cat {_FILE}", check=True).out
         found += [name for name, text in whole.items() if text == there] or ["neither"]
     measured.figure("times the plug was pulled", _CUTS)
-    measured.figure("calibrations saved before", saves, "", ">= 8")
+    measured.figure("calibrations saved before", saves, "", f">= {_CUTS}")
     measured.figure("afterwards neither the old nor the new was there whole", found.count("neither"), "", "== 0")
     measured.figure("what was there", ", ".join(found))
     left = rig.board.run("ls /var/lib/lightwell | grep -c 'rig.textproto[.]' || true").out.strip()
