@@ -1,8 +1,7 @@
 """A board: a whole machine of its own, in QEMU, that runs the firmware as an appliance does.
 
 Options      what a board is made of
-Board        start, stop, power_cut, reset; run, copy_in, copy_out; qmp; serial_tail; status
-remove_stale what a run left that died
+Board        start, stop, power_cut, remove; run, copy_in, copy_out; qmp; serial_tail; status
 
     board = Board("camera", Options(usb_sockets={"cam0": path}))
     board.start()
@@ -11,52 +10,33 @@ remove_stale what a run left that died
     board.start()
     board.stop()
 
-A board lives in a folder of its own below runs_folder(): pid and addresses (board.json), the state's disk, the serial log, QEMU's
+A board lives in a folder of its own (runs.py): pid and addresses (board.json), the state's disk, the serial log, QEMU's
 sockets. It goes on when the process that started it ends, unless that process said that it owns it (Options.owned).
 """
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
-import json
-import os
 import shutil
-import stat
 import subprocess
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from . import image, qemu
-from .cache import say
-from .network import GRPC_PORT, PORTS, SSH_PORT, Network, NetworkError, TapNetwork, UserNetwork, kernel_words, network_from
+from .locks import held
+from .network import GRPC_PORT, PORTS, SSH_PORT, Network, TapNetwork, UserNetwork, kernel_words, network_from
 from .processes import Process
 from .qmp import Qmp, QmpError
+from .runs import BoardError, BoardRecord, remove_stale, runs_folder
 from .ssh import Ran, Ssh
-from .waits import TimedOut, wait_for
+from .waits import TimedOut, say, wait_for
 
 BOOT_S = 240.0
 DOWN_S = 60.0
-
-
-class BoardError(Exception):
-    """A board does not do what it was asked; the text says what was seen of it."""
-
-
-def runs_folder() -> Path:
-    """Where boards live: short, because a socket's path holds 107 bytes, and this user's alone."""
-    named = os.environ.get("LIGHTWELL_BOARDS")
-    folder = Path(named) if named else Path(tempfile.gettempdir()) / f"lightwell-boards-{os.geteuid()}"
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    owner = folder.stat()
-    if owner.st_uid != os.geteuid() or stat.S_IMODE(owner.st_mode) & 0o022:
-        raise BoardError(f"{folder} may be written by others: set LIGHTWELL_BOARDS to a folder of your own")
-    return folder
 
 
 @dataclass(frozen=True)
@@ -93,6 +73,7 @@ class Board:
         self.name = name
         self.options = options or Options()
         self.folder = runs_folder() / f"{clone}-{name}"
+        self._record = BoardRecord(self.folder)
         self._child: subprocess.Popen[bytes] | None = None
         self._ssh: Ssh | None = None
 
@@ -113,22 +94,11 @@ class Board:
     def state_disk(self) -> Path:
         return self.folder / "state.ext4"
 
-    def _told(self) -> dict[str, Any] | None:
-        try:
-            return json.loads((self.folder / "board.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-
-    def _tell(self, told: dict[str, Any]) -> None:
-        written = self.folder / "board.json.new"
-        written.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
-        written.rename(self.folder / "board.json")
-
     def process(self) -> Process | None:
         """QEMU, while it runs."""
         if self._child is not None:
             self._child.poll()  # Or a QEMU that ended would stay as our zombie.
-        told = self._told()
+        told = self._record.told()
         if told is None:
             return None
         process = Process(told["pid"], told["began"])
@@ -142,7 +112,7 @@ class Board:
         return network_from(self._need()["network"])
 
     def _need(self) -> dict[str, Any]:
-        told = self._told()
+        told = self._record.told()
         if told is None or self.process() is None:
             raise BoardError(f"the board {self.name} is not running (hil/board up starts it)")
         return told
@@ -164,7 +134,7 @@ class Board:
 
     def status(self) -> dict[str, Any]:
         """For people and programs: whether it runs, how it is reached, what it is made of."""
-        told = self._told() or {}
+        told = self._record.told() or {}
         process = self.process()
         answer: dict[str, Any] = {"name": self.name, "running": process is not None, "folder": str(self.folder)}
         if process is None:
@@ -192,20 +162,11 @@ class Board:
     def _alone(self) -> Iterator[None]:
         """Starting and stopping is done by one process at a time."""
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with open(self.folder / "lock", "w", encoding="ascii") as lock:
-            deadline = time.monotonic() + BOOT_S
-            told = False
-            while True:
-                try:
-                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    break
-                except BlockingIOError:
-                    if not told:
-                        say(f"another run starts or stops the board {self.name}, waiting")
-                        told = True
-                    if time.monotonic() > deadline:
-                        raise BoardError(f"another run holds {self.folder}/lock for {BOOT_S:g} s") from None
-                    time.sleep(0.2)
+        with ExitStack() as stack:
+            try:
+                stack.enter_context(held(self.folder / "lock", f"the switch of the board {self.name}", BOOT_S))
+            except TimedOut as error:
+                raise BoardError(str(error)) from error
             yield
 
     def start(self, *, fresh: bool = False, timeout_s: float = BOOT_S) -> None:
@@ -215,7 +176,7 @@ class Board:
         remove_stale()
         with self._alone():
             if self.running() and not fresh:
-                if self._told()["seconds"].get("ssh") is None:
+                if self._record.told()["seconds"].get("ssh") is None:
                     self._wait_for_ssh(timeout_s)
                 return
             self._end()
@@ -264,7 +225,7 @@ class Board:
             if options.owned:
                 owner = Process.own()
                 told["owner"] = {"pid": owner.pid, "began": owner.began}
-            self._tell(told)
+            self._record.tell(told)
 
             def connect() -> bool:
                 self._die_if_dead()
@@ -279,7 +240,7 @@ class Board:
 
             wait_for("QEMU to open its socket", lambda: machine.qmp.exists() and connect(), 30, every_s=0.05,
                      state=self._last_words)
-            self._tell(told | {"network": network.describe()})
+            self._record.tell(told | {"network": network.describe()})
         except (OSError, QmpError, TimedOut) as error:
             last = self._last_words()
             self._end()
@@ -305,11 +266,11 @@ class Board:
         except TimedOut as error:
             raise BoardError(f"{error}; all of it: {self.serial_log}") from error
         told["seconds"]["ssh"] = round(time.time() - told["started"], 2)
-        self._tell(told)
+        self._record.tell(told)
 
     def _end(self) -> None:
         """No QEMU of this board runs afterwards."""
-        told = self._told()
+        told = self._record.told()
         if told is not None and (self.folder / "ssh.sock").exists():
             # The client that keeps the connection would wait for a board that is gone.
             self.ssh().close()
@@ -355,22 +316,12 @@ class Board:
         self.power_cut()
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def reset(self, timeout_s: float = BOOT_S) -> None:
-        """The reset button; waits until it answers again."""
-        told = self._need()
-        self.ssh().close()
-        self.qmp("system_reset")
-        told["seconds"].pop("ssh", None)
-        told["started"] = time.time()
-        self._tell(told)
-        self._wait_for_ssh(timeout_s)
-
     # --- inside it
 
     def ssh(self) -> Ssh:
         """The way in."""
         if self._ssh is None:
-            told = self._told()
+            told = self._record.told()
             if told is None:
                 raise BoardError(f"the board {self.name} is not running (hil/board up starts it)")
             network = network_from(told["network"])
@@ -435,23 +386,3 @@ class Board:
         """One command of QEMU's."""
         with self.qmp_session() as session:
             return session.command(command, **arguments)
-
-
-def remove_stale() -> None:
-    """Ends boards of this user whose owner is gone, and forgets those whose QEMU is."""
-    for path in runs_folder().glob("*/board.json"):
-        try:
-            told = json.loads(path.read_text(encoding="utf-8"))
-            board = Process(told["pid"], told["began"])
-            owner = told.get("owner")
-            if board.lives() and (owner is None or Process(owner["pid"], owner["began"]).lives()):
-                continue
-            if board.lives():
-                say(f"ending the board {told['name']} of a run that died")
-                board.kill()
-            network_from(told["network"]).close()
-            path.unlink(missing_ok=True)
-        except FileNotFoundError:
-            continue  # Another run was faster.
-        except (ValueError, KeyError, NetworkError) as error:
-            say(f"{path} cannot be cleaned up: {error}")

@@ -7,25 +7,21 @@ kept()         finds a folder of that name or makes it: whole or absent, one mak
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import shutil
 import stat
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
+
+from .locks import held
 
 DAYS_KEPT = 30
 MOST_KEPT = 4
-
-
-def say(text: str) -> None:
-    """A line for people, on stderr: stdout is for what was asked for."""
-    print(f"hil: {text}", file=sys.stderr, flush=True)
+# Longer than the slowest maker needs on a busy machine.
+MAKING_S = 1800.0
 
 
 def cache_root() -> Path:
@@ -75,19 +71,6 @@ def digest(parts: Iterable[str | Path]) -> str:
     return sha.hexdigest()[:12]
 
 
-@contextmanager
-def locked(path: Path, what: str) -> Iterator[None]:
-    """Holds the lock file `path`; says that it waits for `what` where somebody else holds it. The lock ends with its
-    process, however that ends."""
-    with open(path, "w", encoding="ascii") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            say(f"another run is at {what}, waiting")
-            fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
-
-
 def _sweep(root: Path, kind: str) -> None:
     """Removes what was not asked for lately, and of the rest all but the few that were asked for last."""
     folders = sorted((folder for folder in root.glob(f"{kind}-*") if folder.is_dir()), key=lambda folder: -folder.stat().st_mtime)
@@ -112,7 +95,7 @@ def kept(kind: str, key: str, make: Callable[[Path], None], root: Path | None = 
 
     if found():
         return folder
-    with locked(root / f".{kind}.lock", f"making {kind}"):
+    with held(root / f".{kind}.lock", f"the place of {kind}", MAKING_S):
         if found():
             return folder
         # Under the lock, such a folder is what a killed run left.

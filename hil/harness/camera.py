@@ -6,7 +6,6 @@ UsbCamera   start, stop, command, counters, frames
 from __future__ import annotations
 
 import json
-import os
 import socket
 import subprocess
 import tempfile
@@ -15,7 +14,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from .processes import Process
 from .waits import wait_for
 
 
@@ -70,16 +68,6 @@ class UsbCamera:
     def words(self) -> str:
         """The last that it said."""
         return self._said.read_text(encoding="utf-8", errors="replace").strip()[-500:] if self._said.exists() else ""
-
-    def cpu_seconds(self) -> float:
-        """Of the processor, since its start."""
-        if self._child is None:
-            return 0.0
-        fields = Path(f"/proc/{self._child.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-    def process(self) -> Process | None:
-        return Process.of(self._child.pid) if self._child is not None else None
 
     def command(self, name: str, **values: Any) -> dict[str, Any]:
         """A command of hil/README.md and its answer."""

@@ -14,10 +14,10 @@ from hil.cases.light import BRACKET  # noqa: E402
 from hil.cases.stream import ahead, calibrate, camera_text  # noqa: E402
 from hil.harness import roster  # noqa: E402
 from hil.harness.board import BoardError  # noqa: E402
-from hil.harness.cache import say  # noqa: E402
-from hil.harness.rig import NotBuilt, open_rig, prepare  # noqa: E402
+from hil.harness.build import NotBuilt  # noqa: E402
+from hil.harness.rig import open_rig, prepare  # noqa: E402
 from hil.harness.runner import Broken, CannotRun  # noqa: E402
-from hil.harness.waits import TimedOut  # noqa: E402
+from hil.harness.waits import TimedOut, say  # noqa: E402
 
 # The roster's stitched 360 camera: the light of one lens alone cannot be judged whole.
 _CAMERA = "sphere"

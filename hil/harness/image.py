@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import cache
+from .waits import say
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SOURCES = REPOSITORY / "hil/image"
@@ -253,7 +254,7 @@ def base() -> Base:
     known = keys()
 
     def make(folder: Path) -> None:
-        cache.say("making the board's root disk (half a minute, 1.2 GB), once")
+        say("making the board's root disk (half a minute, 1.2 GB), once")
         root = folder / "root"
         root.mkdir()
         _fill_root(root, packages, known)

@@ -1,4 +1,6 @@
-"""One run at a time on a board or a camera, whoever starts it."""
+"""One run at a time at a thing, whoever starts it."""
+
+from __future__ import annotations
 
 import fcntl
 import os
@@ -11,16 +13,16 @@ from .waits import wait_for
 
 
 def lock_folder() -> Path:
-    """Where the locks of this machine are: they hold for all checkouts."""
+    """Where locks are that hold for all checkouts of this user."""
     folder = Path(os.environ.get("XDG_RUNTIME_DIR") or "/tmp") / f"lightwell-hil-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     return folder
 
 
 @contextmanager
-def held(name: str, limit_s: float, folder: Path | None = None) -> Iterator[None]:
-    """Holds the lock `name`; TimedOut, naming who has it, where it is not free in time. It ends with the process."""
-    path = (folder or lock_folder()) / f"{name}.lock"
+def held(path: Path, what: str, limit_s: float) -> Iterator[None]:
+    """Holds the lock file `path`; `what` completes "waiting for ...". TimedOut, naming who has it, where it is not free in time.
+    A lock ends with its process, however that ends."""
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     try:
         def free() -> bool:
@@ -30,8 +32,7 @@ def held(name: str, limit_s: float, folder: Path | None = None) -> Iterator[None
                 return False
             return True
 
-        if not free():
-            wait_for(f"{name}, which {holder(path)} holds", free, limit_s, every_s=0.05)
+        wait_for(what, free, limit_s, every_s=0.05, state=lambda: f"{path.read_text(encoding='ascii') or 'somebody'} has it")
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, f"process {os.getpid()} since {time.strftime('%H:%M:%S')}".encode(), 0)
         try:
@@ -40,8 +41,3 @@ def held(name: str, limit_s: float, folder: Path | None = None) -> Iterator[None
             os.ftruncate(descriptor, 0)
     finally:
         os.close(descriptor)
-
-
-def holder(path: Path) -> str:
-    """What its holder wrote into a lock."""
-    return path.read_text(encoding="utf-8").strip() or "somebody"

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from . import cache
 from .image import Base
+from .waits import say
 
 PROGRAM = "qemu-system-aarch64"
 PROBE_S = 10.0
@@ -75,7 +76,7 @@ def accelerator(program: str, base: Base) -> tuple[str, str]:
             return known["name"], known["why"]
     except (OSError, ValueError, KeyError):
         pass  # Not asked before, or by another version: it is asked now.
-    cache.say(f"trying KVM, for {PROBE_S:g} s at most")
+    say(f"trying KVM, for {PROBE_S:g} s at most")
     works = boots(probe_command(program, base, "kvm"), PROBE_S)
     name, why = ("kvm", "a guest ran in it") if works else ("tcg", f"no guest ran in KVM within {PROBE_S:g} s")
     written = told.with_suffix(f".{os.getpid()}")

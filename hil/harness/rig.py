@@ -22,18 +22,10 @@ from typing import Any
 
 from . import qemu
 from .board import Board, Options
-from .cache import say
+from .build import NotBuilt, build_for_board, build_for_host
 from .camera import UsbCamera
 from .runner import Broken, CannotRun
 from .waits import wait_for
-
-# Of the host's build and of the board's.
-HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings")
-BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
-
-
-class NotBuilt(Exception):
-    """Something could not be set up or built: the last lines of its log."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +40,8 @@ class Tools:
         return {"host": f"{platform.machine()}, {cores} cores, Linux {platform.release()}"}
 
 
-def _done(command: Sequence[str | Path], root: Path, what: str) -> str:
+def _said(command: Sequence[str | Path], root: Path, what: str) -> str:
+    """What a program of this machine printed."""
     done = subprocess.run([str(word) for word in command], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode:
         raise NotBuilt(f"{what} failed:\n{done.stdout[-3000:]}")
@@ -63,7 +56,7 @@ def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
         qemu.find()
     except qemu.NoQemu as why:
         raise CannotRun(str(why)) from why
-    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas = _done([root / "cmake/fetch_panoramas"], root,
+    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas = _said([root / "cmake/fetch_panoramas"], root,
                                                              "cmake/fetch_panoramas").splitlines()[-1]
     host, board = built or (root / "build/dev", root / "build/board-aarch64")
     if built:
@@ -71,13 +64,8 @@ def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
             if not program.exists():
                 raise CannotRun(f"{program} is not built: tests/run builds it")
         return Tools(root, host / "bin", board)
-    for preset, folder, targets in (("dev", host, HOST_TARGETS), ("board-aarch64", board, BOARD_TARGETS)):
-        say(f"building {', '.join(targets)} ({preset})")
-        if preset == "board-aarch64":
-            _done([root / "cmake/sysroot_aarch64"], root, "cmake/sysroot_aarch64")
-        if not (folder / "build.ninja").exists():
-            _done(["cmake", "--preset", preset, f"-DLIGHTWELL_PANORAMA_DIR={panoramas}"], root, f"configuring {preset}")
-        _done(["cmake", "--build", folder, "--target", *targets], root, f"building {preset}")
+    build_for_host(host, Path(panoramas))
+    build_for_board(board)
     return Tools(root, host / "bin", board)
 
 
@@ -88,13 +76,13 @@ def open_rig(board: Any, roster: Any, tools: Tools) -> Iterator[Rig]:
     if kind != "qemu":
         raise CannotRun(f"the bench {board.name} is reached as {board.bench.ssh}: no bench is attached to this machine")
     with tempfile.TemporaryDirectory(prefix="lightwell-rig-") as folder:
-        sockets = {name: Path(folder) / name for name in ("cam0", "cam1")}
+        socket = Path(folder) / "cam0"
         options = Options(build=tools.board, cpus=board.qemu.cpus or 2, memory_mb=board.qemu.memory_mb or 2048,
-                          net=board.qemu.net or "user", usb_sockets=sockets, owned=True)
+                          net=board.qemu.net or "user", usb_sockets={"cam0": socket}, owned=True)
         machine = Board(f"hil-{board.name}", options)
         machine.start(fresh=True)
         try:
-            yield Rig(machine, sockets, roster, tools, Path(folder))
+            yield Rig(machine, socket, roster, tools, Path(folder))
         finally:
             machine.stop()
 
@@ -102,11 +90,11 @@ def open_rig(board: Any, roster: Any, tools: Tools) -> Iterator[Rig]:
 class Rig:
     """One board and what stands around it."""
 
-    def __init__(self, board: Board, sockets: dict[str, Path], roster: Any, tools: Tools, folder: Path) -> None:
+    def __init__(self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path) -> None:
         self.board = board
         self.tools = tools
         self.folder = folder
-        self._sockets = sockets
+        self._socket = socket
         self._cameras = {camera.name: camera for camera in roster.camera}
 
     # --- cameras
@@ -116,11 +104,11 @@ class Rig:
         return self._cameras[name]
 
     @contextmanager
-    def usb_camera(self, name: str, *, socket: str = "cam0", scene: str = "", arguments: Sequence[str] = ()) -> Iterator[UsbCamera]:
+    def usb_camera(self, name: str, *, scene: str = "", arguments: Sequence[str] = ()) -> Iterator[UsbCamera]:
         """A simulated camera of the roster, plugged in; ends unplugged. Waits until the board has made a device of it."""
         camera = self._cameras[name].usb_simulated
         program = self.tools.host / "lightwell-usb-camera"
-        with UsbCamera(program, self._sockets[socket], scene or camera.scene, arguments) as running:
+        with UsbCamera(program, self._socket, scene or camera.scene, arguments) as running:
             self.wait_for_video()
             yield running
         self.wait_for_no_video()
@@ -140,7 +128,7 @@ class Rig:
 
     def camera_calibration(self, scene: str, what: str) -> str:
         """What the pixels of a simulated camera mean, as text; `what` is WIDTHxHEIGHT:FORMAT."""
-        return _done([self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what], self.folder,
+        return _said([self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what], self.folder,
                      "the camera's calibration")
 
     # --- the firmware
@@ -235,7 +223,6 @@ class Rig:
         """Who the probe is, and its counters."""
         return json.loads(self.client(["info", uri, "--json", "--no-map"]))
 
-
     # --- the desktop's firmware, and what judges
 
     @contextmanager
@@ -258,11 +245,11 @@ class Rig:
 
     def record_here(self, uri: str, seconds: float, file: Path) -> None:
         """As record(), of a probe of this machine."""
-        _done([self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)], self.folder, "lightwell record")
+        _said([self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)], self.folder, "lightwell record")
 
     def compare(self, one: Path, other: Path) -> dict[str, float]:
         """What tells the light of two recordings apart: hil/report/compare_main.cpp."""
-        return json.loads(_done([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings"))
+        return json.loads(_said([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings"))
 
     def judge(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str] = ()) -> dict[str, float]:
         """A recording against the truth of its scene: demo_report's summary."""

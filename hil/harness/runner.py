@@ -11,8 +11,7 @@ from typing import Any
 
 from . import locks, order
 from .report import Figure, Result
-from .cache import say
-from .waits import TimedOut
+from .waits import TimedOut, say
 
 
 class CannotRun(Exception):
@@ -90,7 +89,8 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
                 if board is None or name != test.board or test.fresh_board:
                     stack.close()
                     stack, board, name = ExitStack(), None, test.board
-                    stack.enter_context(locks.held(f"board-{test.board}", lock_limit_s, lock_folder))
+                    stack.enter_context(locks.held((lock_folder or locks.lock_folder()) / f"board-{test.board}.lock",
+                                                   f"the board {test.board}", lock_limit_s))
                     board = start(boards[test.board], stack)
                 with _Limit(test.limit_s, test.name):
                     case(test)(board, test, measured)

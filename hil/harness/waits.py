@@ -1,14 +1,22 @@
-"""Bounded waits that say what they wait for."""
+"""Bounded waits that say what they wait for.
+
+say        a line for people
+wait_for   until something is seen, or TimedOut
+"""
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from .cache import say
-
 T = TypeVar("T")
+
+
+def say(text: str) -> None:
+    """A line for people, on stderr: stdout is for what was asked for."""
+    print(f"hil: {text}", file=sys.stderr, flush=True)
 
 
 class TimedOut(Exception):

@@ -11,9 +11,9 @@ import unittest
 import unittest.mock
 
 import harness_path
-from harness import board
-from harness.processes import Process
-from harness.ssh import Ssh
+from hil.harness import board
+from hil.harness.processes import Process
+from hil.harness.ssh import Ssh
 
 NOBODY = {"pid": 2**22 + 1, "began": 1}
 

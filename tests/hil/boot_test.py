@@ -13,8 +13,8 @@ import unittest
 
 import harness_path  # noqa: F401
 import skipping
-from harness import board, image, qemu
-from harness.waits import wait_for
+from hil.harness import board, image, qemu
+from hil.harness.waits import wait_for
 
 CLI, BUILD = sys.argv[1], pathlib.Path(sys.argv[2])
 NAME = f"boot-test-{os.getpid()}"

@@ -11,7 +11,7 @@ import time
 import unittest
 
 import harness_path
-from harness import cache
+from hil.harness import cache
 
 
 class Digest(unittest.TestCase):
@@ -87,10 +87,10 @@ class Kept(unittest.TestCase):
         self.assertEqual(self.made, 1)
 
     def test_a_maker_that_is_killed_leaves_nothing_that_counts(self):
-        program = ("import sys, pathlib, time; sys.path.insert(0, sys.argv[1]); from harness import cache\n"
+        program = ("import sys, pathlib, time; sys.path.insert(0, sys.argv[1]); from hil.harness import cache\n"
                    "def make(folder):\n    (folder / 'half').write_text('')\n    print('half', flush=True)\n    time.sleep(600)\n"
                    "cache.kept('thing', '1', make, pathlib.Path(sys.argv[2]))")
-        child = subprocess.Popen([sys.executable, "-c", program, str(harness_path.HIL), str(self.root)], stdout=subprocess.PIPE)
+        child = subprocess.Popen([sys.executable, "-c", program, str(harness_path.ROOT), str(self.root)], stdout=subprocess.PIPE)
         self.assertEqual(child.stdout.readline(), b"half\n")
         child.send_signal(signal.SIGKILL)
         child.wait()

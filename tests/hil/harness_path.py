@@ -1,6 +1,7 @@
-"""Lets the tests import hil/harness as `harness`."""
+"""Lets the tests import hil.harness."""
 import pathlib
 import sys
 
-HIL = pathlib.Path(__file__).resolve().parents[2] / "hil"
-sys.path.insert(0, str(HIL))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+HIL = ROOT / "hil"
+sys.path.insert(0, str(ROOT))

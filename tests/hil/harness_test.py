@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The harness, on boards and tests that are none."""
 
-import sys
 import tempfile
 import threading
 import time
@@ -11,10 +10,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
-
-from hil.harness import locks, order, report, roster, runner, waits  # noqa: E402
+import harness_path  # noqa: F401
+from hil.harness import locks, order, report, roster, runner, waits
 
 SMALL = """
 board { name: "box" qemu { cpus: 2 } }
@@ -28,13 +25,13 @@ class Locks(unittest.TestCase):
     def test_one_at_a_time_and_the_holder_is_named(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             where = Path(folder)
-            with locks.held("box", 1, where):
-                with self.assertRaisesRegex(waits.TimedOut, "box, which process [0-9]+ since"):
-                    with locks.held("box", 0.05, where):
+            with locks.held(where / "box", "the box", 1):
+                with self.assertRaisesRegex(waits.TimedOut, "for the box .*last seen: process [0-9]+ since .* has it"):
+                    with locks.held(where / "box", "the box", 0.05):
                         self.fail("two hold it")
-                with locks.held("other", 0.05, where):
+                with locks.held(where / "other", "the other", 0.05):
                     pass
-            with locks.held("box", 0.05, where):
+            with locks.held(where / "box", "the box", 0.05):
                 pass
 
     def test_who_waits_gets_it(self) -> None:
@@ -42,10 +39,10 @@ class Locks(unittest.TestCase):
             got = threading.Event()
 
             def second() -> None:
-                with locks.held("box", 10, Path(folder)):
+                with locks.held(Path(folder) / "box", "the box", 10):
                     got.set()
 
-            with locks.held("box", 1, Path(folder)):
+            with locks.held(Path(folder) / "box", "the box", 1):
                 thread = threading.Thread(target=second)
                 thread.start()
                 time.sleep(0.05)

@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 import harness_path  # noqa: F401
-from harness import image
+from hil.harness import image
 
 
 class Tree(unittest.TestCase):

@@ -4,8 +4,8 @@ import unittest
 import unittest.mock
 
 import harness_path  # noqa: F401
-from harness import network
-from harness.qmp import QmpError
+from hil.harness import network
+from hil.harness.qmp import QmpError
 
 USERNET = """\
 Hub -1 (net0):

@@ -10,8 +10,8 @@ import unittest
 import unittest.mock
 
 import harness_path  # noqa: F401
-from harness import qemu
-from harness.image import Base
+from hil.harness import qemu
+from hil.harness.image import Base
 
 
 def machine(**options):

@@ -6,7 +6,7 @@ import unittest
 
 import harness_path  # noqa: F401
 import skipping
-from harness import network
+from hil.harness import network
 
 
 def missing():

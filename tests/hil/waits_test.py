@@ -5,7 +5,7 @@ import io
 import unittest
 
 import harness_path  # noqa: F401
-from harness.waits import TimedOut, wait_for
+from hil.harness.waits import TimedOut, wait_for
 
 
 class Waits(unittest.TestCase):

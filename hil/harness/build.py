@@ -1,0 +1,52 @@
+"""Builds what the board and its surroundings run, from this clone.
+
+build_for_board   lightwelld, the CLI and lightwell-calibrate, against the board's own root
+build_for_host    what stands outside of the board
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import image
+from .waits import say
+
+BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
+HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings")
+
+
+class NotBuilt(Exception):
+    """Something could not be set up or built; the text has the last lines of its log, and where all of it is."""
+
+
+def _run(steps: Sequence[Sequence[str | Path]], log: Path) -> None:
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w", encoding="utf-8") as out:
+        for step in steps:
+            words = [str(word) for word in step]
+            if subprocess.run(words, cwd=image.REPOSITORY, stdin=subprocess.DEVNULL, stdout=out, stderr=out, check=False).returncode:
+                last = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-20:])
+                raise NotBuilt(f"'{' '.join(words)}' failed:\n{last}\nall of it: {log}")
+
+
+def build_for_board(folder: Path) -> None:
+    """Configured anew where the root of packages is another one: what was found in the old one would be mixed with it."""
+    packages = image.sysroot()
+    steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", *BOARD_TARGETS]]
+    try:
+        in_use = f"LIGHTWELL_SYSROOT_IN_USE:INTERNAL={packages}\n" in (folder / "CMakeCache.txt").read_text(encoding="utf-8")
+    except FileNotFoundError:
+        in_use = False
+    if not in_use:
+        say("configuring and building the firmware for the board: minutes, the first time")
+        steps.insert(0, ["cmake", "--fresh", "--preset", "board-aarch64", "-B", folder])
+    _run(steps, folder.parent / "board.log")
+
+
+def build_for_host(folder: Path, panoramas: Path) -> None:
+    """With the preset dev."""
+    say("building what stands outside of the board")
+    _run([["cmake", "--preset", "dev", "-B", folder, f"-DLIGHTWELL_PANORAMA_DIR={panoramas}"],
+          ["cmake", "--build", folder, "--target", *HOST_TARGETS]], folder.parent / "host.log")
