@@ -38,20 +38,15 @@ struct PropertyBytes {
   ~PropertyBytes() { std::free(bytes); }
 };
 
-constexpr const char* kAskedForOurs = "; does the broker ask for a certificate of ours?";
-
-/// A refusal that comes behind the handshake (TLS 1.3) has no words of its own where the connection is reset before they are
-/// read.
-std::string without_words(std::string why, MqttTransport transport) {
-  if (transport == MqttTransport::tls) why += kAskedForOurs;
-  return why;
-}
-
-/// The words, where they are read: alerts 116 of TLS 1.3 and 40 of TLS 1.2 (RFC 8446, RFC 5246, 7.2).
-std::string with_remedy(std::string said) {
-  if (said.find("certificate required") != std::string::npos || said.find("handshake failure") != std::string::npos)
-    said += kAskedForOurs;
-  return said;
+/// Where a broker wants a certificate and is shown none, TLS 1.3 tells so behind the handshake: by an alert (116; 40 of TLS 1.2, RFC
+/// 8446 and 5246), where that is read; by a write that fails ("Protocol error" is the library's word for it) or a reset, where it is
+/// not. Which of them comes first is a race, so each gets the remedy.
+bool may_want_a_certificate(const std::string& why) {
+  for (const char* sign : {"certificate required", "handshake failure", "OpenSSL Error", "connection to the broker was lost"})
+    if (why.find(sign) != std::string::npos && why.find("verify failed") == std::string::npos) return true;
+  for (const int error : {EPROTO, ECONNRESET, EPIPE, ECONNABORTED})
+    if (why == std::strerror(error)) return true;
+  return why == mosquitto_strerror(MOSQ_ERR_CONN_LOST) || why == mosquitto_strerror(MOSQ_ERR_TLS);
 }
 
 }  // namespace
@@ -87,8 +82,7 @@ struct MqttSession::Callbacks {
   static void disconnected(mosquitto*, void* data, int reason, const mosquitto_property*) {
     auto& self = *static_cast<MqttSession*>(data);
     // The library uses its own codes below 128 and the broker's from there on.
-    const std::string why = reason >= 128 ? mosquitto_reason_string(reason)
-                                          : without_words(mosquitto_strerror(reason), self.options_.address.transport);
+    const std::string why = reason >= 128 ? mosquitto_reason_string(reason) : mosquitto_strerror(reason);
     if (self.disconnected_.empty()) self.disconnected_ = self.said_.empty() ? why : self.said_;
   }
 
@@ -115,7 +109,7 @@ struct MqttSession::Callbacks {
   }
 
   static void log(mosquitto*, void* data, int level, const char* text) {
-    if (level == MOSQ_LOG_ERR) static_cast<MqttSession*>(data)->said_ = with_remedy(text);
+    if (level == MOSQ_LOG_ERR) static_cast<MqttSession*>(data)->said_ = text;
   }
 };
 
@@ -185,7 +179,9 @@ void MqttSession::attempt(std::int64_t now_ns) {
   if (socket >= 0 && bytes > 0) ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
 }
 
-void MqttSession::lose(const std::string& why) {
+void MqttSession::lose(std::string why) {
+  if (!connected_ && options_.address.transport == MqttTransport::tls && may_want_a_certificate(why))
+    why += "; does the broker ask for a certificate of ours?";
   client_.reset();
   connected_ = false;
   next_attempt_ns_ = monotonic_now_ns() + back_off_.next().ns;
@@ -229,8 +225,7 @@ void MqttSession::serve(short events) {
     int error = 0;
     socklen_t size = sizeof error;
     if (::getsockopt(mosquitto_socket(client), SOL_SOCKET, SO_ERROR, &error, &size) == 0 && error != 0) {
-      disconnected_ =
-          error == ECONNRESET ? without_words(std::strerror(error), options_.address.transport) : std::strerror(error);
+      disconnected_ = std::strerror(error);
       return;
     }
   }

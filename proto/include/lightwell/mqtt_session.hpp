@@ -97,7 +97,7 @@ class MqttSession {
 
   void attempt(std::int64_t now_ns);
   [[nodiscard]] std::string configure(mosquitto* client) const;
-  void lose(const std::string& why);
+  void lose(std::string why);
   void serve(short events);
   void wait_for_wake(std::int64_t timeout_ns) const;
   bool send(const std::string& topic, std::span<const std::byte> payload, bool retained, const Properties& properties);
