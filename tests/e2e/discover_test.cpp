@@ -91,6 +91,26 @@ TEST_F(DiscoverTest, AProbeIsSeenFromAnotherMachineWithVersionCalibrationAndLink
   EXPECT_TRUE(seen_from(cellar_, "attic window", 0)) << "who stops withdraws";
 }
 
+TEST_F(DiscoverTest, TheNameThatIsToldLeadsToTheProbe) {
+  DaemonOptions options = on(attic_, "attic");
+  options.listen = "0.0.0.0:7420";
+  Child daemon(attic_.inside(daemon_command(options)), options.child);
+  ASSERT_TRUE(seen_from(cellar_, "\"uri\":\"grpc://attic.local:7420\"")) << daemon.err();
+  const auto info = [&](const std::string& uri) {
+    Child child(cellar_.inside(tool_command({"info", uri, "--json"})), {.environment = {cellar_.environment()}});
+    const Ending ending = child.wait();
+    return Look{ending, child.out(), child.err()};
+  };
+  for (const char* uri : {"grpc://attic.local", "grpc://ATTIC.local.:7420"}) {
+    const Look told = info(uri);
+    EXPECT_EQ(told.ending, (Ending{0, 0})) << uri << ": " << told.err;
+    EXPECT_THAT(told.out, HasSubstr("\"name\":\"attic\"")) << uri;
+  }
+  EXPECT_THAT(info("grpc://nobody.local").err, HasSubstr("is avahi-daemon running"));
+  cellar_.stop_avahi();
+  EXPECT_THAT(info("grpc://attic.local").err, HasSubstr("is avahi-daemon running"));
+}
+
 TEST_F(DiscoverTest, TwoProbesOfOneNameOnOneMachineAreBothSeen) {
   Daemon one(on(attic_, "twin"));
   (void)one.uri();

@@ -6,6 +6,8 @@
 
 #include <lightwell/probe.hpp>
 
+#include "core/mdns_host.hpp"
+
 namespace lightwell::core {
 namespace {
 
@@ -21,6 +23,13 @@ TEST(ProbeUri, NamesHostAndPort) {
   EXPECT_EQ(address("grpc://probe.local/"), "probe.local:7420");
   EXPECT_EQ(address("grpc://[::1]:7000"), "[::1]:7000");
   EXPECT_EQ(address("grpc://[fe80::2]"), "[fe80::2]:7420");
+}
+
+TEST(ProbeUri, ANameInLocalIsOneOfMulticastDns) {
+  for (const char* name : {"attic.local:7420", "ATTIC.LOCAL:1", "attic.local.:7420", "east.attic.local:7420"})
+    EXPECT_TRUE(is_mdns_name(name)) << name;
+  for (const char* other : {"local:7420", ".local:7420", "attic.localhost:7420", "attic.local.example:7420", "10.0.0.7:7420", "[::1]:7420"})
+    EXPECT_FALSE(is_mdns_name(other)) << other;
 }
 
 TEST(ProbeUri, TellsWhetherItIsOverTls) {

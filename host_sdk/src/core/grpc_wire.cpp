@@ -1,11 +1,14 @@
 #include "core/grpc_wire.hpp"
 
 #include <cstring>
+#include <optional>
 
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
 #include <grpcpp/support/slice.h>
+
+#include "core/mdns_host.hpp"
 
 namespace lightwell::core {
 namespace {
@@ -42,6 +45,8 @@ std::string explained(const std::string& message) {
   if (says("certificate verify failed"))
     return "the TLS handshake failed: the certificate that this address shows has expired, or is not one that the "
            "trusted authority vouches for; where the probe was given new keys, pair with it again (" + message + ")";
+  if (says("DNS resolution failed") && says(".local"))
+    return message + "; names in .local are those of multicast DNS: is avahi-daemon running on this machine, and the probe on?";
   if (says("andshake failed")) return "the TLS handshake failed (" + message + ")";
   return message;
 }
@@ -52,8 +57,10 @@ gpr_timespec deadline_after(Duration from_now) {
   return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(from_now.ns, GPR_TIMESPAN));
 }
 
-std::shared_ptr<grpc::Channel> new_channel(
-    const std::string& host_port, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
+std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port,
+                                           const std::shared_ptr<grpc::ChannelCredentials>& credentials,
+                                           const std::atomic<bool>& stopping) {
+  std::string target = host_port;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   // A probe stands in the same room, never behind the proxy that the environment names.
@@ -64,7 +71,12 @@ std::shared_ptr<grpc::Channel> new_channel(
   // descriptors a second. About 20 descriptors are allowed; the probe then leaves out what is old.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 4096);
-  return grpc::CreateCustomChannel("dns:///" + host_port, credentials, arguments);
+  if (is_mdns_name(host_port))
+    if (const std::optional<std::string> address = mdns_address(host_port, stopping)) {
+      target = *address;
+      arguments.SetSslTargetNameOverride(host_port.substr(0, host_port.rfind(':')));
+    }
+  return grpc::CreateCustomChannel("dns:///" + target, credentials, arguments);
 }
 
 Status status_of(const grpc::Status& status) {
