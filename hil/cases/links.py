@@ -12,12 +12,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from hil.harness.board import Board
 from hil.harness.rig import Rig
 from hil.harness.runner import Broken, CannotRun, Measured
 from hil.harness.waits import wait_for
 
 # These look at links: a small simulated camera of the firmware's own does.
 _CAMERA = 'uri: "sim:studio?sensor=rgb8&rig=single" width: 160 height: 120 frame_rate: 10'
+_VUDC = "/sys/devices/platform/usbip-vudc.0"
 
 
 def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
@@ -134,19 +136,8 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
     rig.board.run("lightwell-usb-gadget up --user lightwell", check=True, timeout_s=120)
     rig.configure(_CAMERA, more="usb_gadget {}\n")
     rig.board.run("lightwell-usb-gadget bind", check=True, timeout_s=60)
-    rig.board.run("lightwell watch usb: --json >/run/usb.json 2>/run/usb.err &", check=True)
-
-    def seconds() -> list[dict[str, Any]]:
-        text = rig.board.run("cat /run/usb.json").out
-        return [line for line in (json.loads(t) for t in text.splitlines(keepends=True) if t.endswith("\n"))
-                if line["kind"] == "second"]
-
-    def light(what: str, limit_s: float = 60) -> float:
-        begun, since = time.monotonic(), len(seconds())
-        wait_for(what, lambda: any(line["frames"] for line in seconds()[since + 1:]), limit_s, every_s=0.3)
-        return time.monotonic() - begun
-
-    light("light by cable")
+    client = _UsbClient(rig.board)
+    client.light("light by cable")
     before = rig.daemon()
     port = rig.board.run("for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && basename $d; done"
                          " | head -1", check=True).out.strip()
@@ -156,14 +147,91 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
     for _ in range(5):
         rig.board.run("lightwell-usb-gadget unbind", check=True)
         rig.board.run("lightwell-usb-gadget bind", check=True)
-        times["unplugged"].append(light("light after the plug was pulled and put in"))
+        times["unplugged"].append(client.light("light after the plug was pulled and put in"))
         rig.board.run(f"echo 0 > /sys/bus/usb/devices/{port}/authorized; echo 1 > /sys/bus/usb/devices/{port}/authorized", check=True)
-        times["detached"].append(light("light after the device was detached"))
+        times["detached"].append(client.light("light after the device was detached"))
     for name, values in times.items():
         measured.time(f"light again after it was {name}, largest of five", max(values), "s", "<= 8")
     after = rig.daemon()
     measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
     measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
-    last = seconds()[-1]
+    measured.figure("messages refused by the SDK", client.seconds()[-1]["rejected"], "", "== 0")
+    client.end()
+
+
+def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
+    """The gadget on one machine's usbip-vudc, the SDK on another machine's vhci-hcd, the cable's packets on the wire between them."""
+    if rig.peer is None:
+        raise Broken("the roster's entry has no peer")
+    device, host = rig.board, rig.peer
+    if device.run("modprobe usbip-vudc").status != 0 or host.run("modprobe vhci-hcd").status != 0:
+        raise Broken("the board's kernel has no usbip")
+    device.run("lightwell-usb-gadget up --user lightwell", check=True, timeout_s=120)
+    rig.configure(_CAMERA, more="usb_gadget {}\n")
+    bind = "lightwell-usb-gadget bind --udc usbip-vudc.0"
+    device.run(bind, check=True)
+    device.run("usbipd --device -D", check=True)
+    address = device.network().reach(3240)[0]
+
+    def attach() -> None:
+        wait_for("the gadget to be free", lambda: device.run(f"cat {_VUDC}/usbip_status", check=True).out.strip() == "1", 30, every_s=0.3)
+        host.run(f"usbip attach -r {address} -d usbip-vudc.0", check=True)
+
+    attach()
+    client = _UsbClient(host)
+    client.light("light on the other board")
+    before, begun = rig.daemon(), len(client.seconds())
+    lines = wait_for("ten seconds", lambda: seen if len(seen := client.seconds()[begun:]) >= 10 else None, 60)
+    measured.time("descriptors a second on the other board", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 5")
+    measured.figure("descriptors missing meanwhile, counted", lines[-1]["gaps"] - lines[0]["gaps"])
+    measured.time("age of descriptors at their arrival, p99, largest second", max(line["age_p99_ms"] or 0 for line in lines), "ms")
+    times: dict[str, list[float]] = {"detached by its host": [], "hidden by its device": []}
+    for _ in range(3):
+        host.run("usbip detach -p 0", check=True)
+        client.dark()
+        attach()
+        times["detached by its host"].append(client.light("light after the host attached it again"))
+        device.run("lightwell-usb-gadget unbind", check=True)
+        client.dark()
+        device.run(bind, check=True)
+        attach()
+        times["hidden by its device"].append(client.light("light after the gadget was bound again"))
+    for name, values in times.items():
+        measured.time(f"light again after it was {name}, largest of three", max(values), "s", "<= 8")
+    after, last = rig.daemon(), client.seconds()[-1]
+    measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
+    measured.figure("lightwelld's process is the same", str(after["pid"] == before["pid"]), "", "== True")
+    measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
     measured.figure("messages refused by the SDK", last["rejected"], "", "== 0")
-    rig.board.run("pkill lightwell; true")
+    measured.figure("reconnects of the client", last["reconnects"], "", "== 6")
+    measured.figure("firmware on the other board", host.run(["systemctl", "is-active", "lightwelld"]).out.strip(), "", "== inactive")
+    client.end()
+
+
+class _UsbClient:
+    """`lightwell watch usb:`, which runs on a board until end()."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        board.run("lightwell watch usb: --json >/run/usb.json 2>/run/usb.err & echo $! >/run/usb.pid", check=True)
+
+    def seconds(self) -> list[dict[str, Any]]:
+        """What it said of each second so far."""
+        text = self._board.run("cat /run/usb.json").out
+        return [line for line in (json.loads(t) for t in text.splitlines(keepends=True) if t.endswith("\n"))
+                if line["kind"] == "second"]
+
+    def light(self, what: str, limit_s: float = 60) -> float:
+        """Seconds until a second that begins from now on brought light."""
+        begun, since = time.monotonic(), len(self.seconds())
+        wait_for(what, lambda: any(line["frames"] for line in self.seconds()[since + 1:]), limit_s, every_s=0.3,
+                 state=lambda: self._board.run("tail -n 3 /run/usb.err").out.strip())
+        return time.monotonic() - begun
+
+    def dark(self, limit_s: float = 60) -> None:
+        """Until a whole second brought nothing."""
+        since = len(self.seconds())
+        wait_for("the light to stop", lambda: any(line["frames"] == 0 for line in self.seconds()[since + 1:]), limit_s, every_s=0.3)
+
+    def end(self) -> None:
+        self._board.run("kill $(cat /run/usb.pid)", check=True)

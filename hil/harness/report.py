@@ -99,7 +99,7 @@ def markdown(roster: Any, results: dict[str, Result], run: dict[str, str]) -> st
     for test in roster.test:
         result = results.get(test.name)
         state = "not run" if result is None else "good" if result.good else "SKIPPED" if result.skipped else "FAILED"
-        where = ", ".join(part for part in (test.board, test.camera, test.link) if part)
+        where = ", ".join(part for part in (test.board, test.peer, test.camera, test.link) if part)
         lines += [f"## {test.name}: {state}", f"{test.what} ({where})", ""]
         if result is None:
             continue

@@ -15,7 +15,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,28 +70,39 @@ def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
 
 
 @contextmanager
-def open_rig(board: Any, roster: Any, tools: Tools) -> Iterator[Rig]:
-    """Starts the board, and ends it."""
+def open_rig(board: Any, roster: Any, tools: Tools, peer: Any | None = None) -> Iterator[Rig]:
+    """Starts the board, and the second one on its wire where there is a `peer`; ends both."""
     kind = board.WhichOneof("kind")
     if kind != "qemu":
         raise CannotRun(f"the bench {board.name} is reached as {board.bench.ssh}: no bench is attached to this machine")
-    with tempfile.TemporaryDirectory(prefix="lightwell-rig-") as folder:
+    with tempfile.TemporaryDirectory(prefix="lightwell-rig-") as folder, ExitStack() as stack:
         socket = Path(folder) / "cam0"
-        options = Options(build=tools.board, cpus=board.qemu.cpus or 2, memory_mb=board.qemu.memory_mb or 2048,
-                          net=board.qemu.net or "user", usb_sockets={"cam0": socket}, owned=True)
-        machine = Board(f"hil-{board.name}", options)
-        machine.start(fresh=True)
-        try:
-            yield Rig(machine, socket, roster, tools, Path(folder))
-        finally:
-            machine.stop()
+        machine = _switched_on(board, tools, stack, usb_sockets={"cam0": socket})
+        second = None
+        if peer is not None:
+            second = _switched_on(peer, tools, stack, wire=machine.folder.name, number=2)
+            # Its own firmware would be a second probe, and costs the processors that the first one needs.
+            second.run("systemctl mask --runtime --now lightwelld", check=True)
+        yield Rig(machine, socket, roster, tools, Path(folder), second)
+
+
+def _switched_on(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Board:
+    """The board that a roster's entry describes, as new; `stack` switches it off. `more`: of Options."""
+    options = Options(build=tools.board, cpus=board.qemu.cpus or 2, memory_mb=board.qemu.memory_mb or 2048,
+                      net=board.qemu.net or "user", owned=True, **more)
+    machine = Board(f"hil-{board.name}", options)
+    # Before the start: QEMU may run when the start gives up.
+    stack.callback(machine.stop)
+    machine.start(fresh=True)
+    return machine
 
 
 class Rig:
-    """One board and what stands around it."""
+    """One board and what stands around it. `peer`: the second board on its wire, where the test has one."""
 
-    def __init__(self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path) -> None:
+    def __init__(self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path, peer: Board | None = None) -> None:
         self.board = board
+        self.peer = peer
         self.tools = tools
         self.folder = folder
         self._socket = socket

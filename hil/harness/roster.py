@@ -67,3 +67,18 @@ def _check(roster: Any, name: str) -> None:
             if (wanted or kind == "board") and wanted not in names[kind]:
                 known = ", ".join(sorted(names[kind]))
                 raise RosterError(f"{name}: test {test.name} asks for {kind} '{wanted}'; there are {known}")
+        if test.peer:
+            _check_peer(roster, test, name)
+
+
+def _check_peer(roster: Any, test: Any, name: str) -> None:
+    boards = {board.name: board for board in roster.board}
+    if test.peer not in boards:
+        raise RosterError(f"{name}: test {test.name} asks for peer '{test.peer}'; there are {', '.join(sorted(boards))}")
+    if test.peer == test.board:
+        raise RosterError(f"{name}: test {test.name}: the peer is another board than {test.board}")
+    for board in (boards[test.board], boards[test.peer]):
+        if board.WhichOneof("kind") != "qemu" or board.qemu.net != "tap":
+            raise RosterError(f"{name}: test {test.name}: {board.name} is on no wire with its peer; that needs net: \"tap\"")
+    if not test.fresh_board:
+        raise RosterError(f"{name}: test {test.name} has a peer, so it needs fresh_board: true")

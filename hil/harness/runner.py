@@ -42,8 +42,8 @@ class Measured:
         say(f"    {figure.name}: {shown} {figure.unit}{'' if figure.holds else f', and {figure.asked} was asked'}")
 
 
-# Starts the board that a roster's entry describes, in a stack that ends it.
-StartBoard = Callable[[Any, ExitStack], Any]
+# Starts the board that a roster's entry describes, and its peer where a test has one, in a stack that ends them.
+StartBoard = Callable[[Any, Any | None, ExitStack], Any]
 # Calls a test: function, board, test's entry, figures.
 Case = Callable[..., None]
 
@@ -89,9 +89,11 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
                 if board is None or name != test.board or test.fresh_board:
                     stack.close()
                     stack, board, name = ExitStack(), None, test.board
-                    stack.enter_context(locks.held((lock_folder or locks.lock_folder()) / f"board-{test.board}.lock",
-                                                   f"the board {test.board}", lock_limit_s))
-                    board = start(boards[test.board], stack)
+                    # In one order for everybody: two runs never wait for each other.
+                    for wanted in sorted(filter(None, (test.board, test.peer))):
+                        stack.enter_context(locks.held((lock_folder or locks.lock_folder()) / f"board-{wanted}.lock",
+                                                       f"the board {wanted}", lock_limit_s))
+                    board = start(boards[test.board], boards[test.peer] if test.peer else None, stack)
                 with _Limit(test.limit_s, test.name):
                     case(test)(board, test, measured)
             except CannotRun as why:

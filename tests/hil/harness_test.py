@@ -9,9 +9,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 import harness_path  # noqa: F401
-from hil.harness import locks, order, report, roster, runner, waits
+from hil.harness import locks, order, report, rig, roster, runner, waits
+from hil.harness.runs import BoardError
 
 SMALL = """
 board { name: "box" qemu { cpus: 2 } }
@@ -73,6 +75,16 @@ class TheRoster(unittest.TestCase):
         self.assertIn("a name of its own", self.refusal(SMALL + 'board { name: "box" qemu {} }'))
         self.assertIn("of no kind", self.refusal(SMALL.replace("qemu { cpus: 2 }", "")))
         self.assertIn("no test", self.refusal('board { name: "box" qemu {} }'))
+
+    def test_a_peer_is_a_second_board_on_the_same_wire(self) -> None:
+        two = (SMALL.replace("cpus: 2", 'net: "tap"').replace("limit_s: 3", 'limit_s: 3 peer: "head" fresh_board: true')
+               + 'board { name: "head" qemu { net: "tap" } }')
+        self.assertEqual(roster.parse(two, "r").test[0].peer, "head")
+        self.assertIn("peer 'hat'; there are box, head", self.refusal(two.replace('peer: "head"', 'peer: "hat"')))
+        self.assertIn("another board than box", self.refusal(two.replace('peer: "head"', 'peer: "box"')))
+        self.assertIn("box is on no wire", self.refusal(two.replace('net: "tap"', 'net: "user"', 1)))
+        self.assertIn("head is on no wire", self.refusal(two.replace('"head" qemu { net: "tap" }', '"head" qemu {}')))
+        self.assertIn("needs fresh_board", self.refusal(two.replace("fresh_board: true", "")))
 
 
 class Order(unittest.TestCase):
@@ -148,20 +160,22 @@ class Runs(unittest.TestCase):
     def setUp(self) -> None:
         self.started: list[int] = []
         self.ended: list[int] = []
+        self.peers: list[Any] = []
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
 
-    def start(self, _: Any, stack: ExitStack) -> int:
+    def start(self, _: Any, peer: Any, stack: ExitStack) -> int:
+        self.peers.append(peer)
         number = len(self.started)
         self.started.append(number)
         stack.callback(lambda: self.ended.append(number))
         return number
 
     def run_them(self, **cases: Any) -> dict[str, report.Result]:
-        tests = [SimpleNamespace(name=name, what="", board="box", limit_s=1, fresh_board=name.startswith("fresh"))
-                 for name in cases]
+        tests = [SimpleNamespace(name=name, what="", board="box", limit_s=1, fresh_board=name.startswith("fresh"),
+                                 peer="another" if name.startswith("fresh_two") else "") for name in cases]
         heard: list[report.Result] = []
-        results = runner.run(tests, {"box": None}, self.start, seed=1, commit="c", lock_limit_s=1, finished=heard.append,
+        results = runner.run(tests, {"box": "the box", "another": "the other"}, self.start, seed=1, commit="c", lock_limit_s=1, finished=heard.append,
                              case=lambda test: cases[test.name], lock_folder=Path(self.folder.name))
         self.assertEqual(results, heard)
         self.assertEqual(self.started, self.ended, "every board that was started was ended")
@@ -211,13 +225,72 @@ class Runs(unittest.TestCase):
         self.run_them(fresh_a=looks, fresh_b=looks, c=looks)
         self.assertEqual(len(set(boards)), 3)
 
+    def test_a_peer_is_started_for_its_test_alone_and_nobody_else_has_it_meanwhile(self) -> None:
+        def looks(_: int, __: Any, measured: runner.Measured) -> None:
+            with self.assertRaises(waits.TimedOut):
+                with locks.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
+                    self.fail("two hold it")
+            measured.figure("f", 1)
+
+        results = self.run_them(a=self.well, fresh_two=looks)
+        self.assertTrue(all(result.good for result in results.values()), results)
+        self.assertEqual(self.peers, [None, "the other"])
+        with locks.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
+            pass
+
     def test_a_board_that_does_not_start_fails_its_tests(self) -> None:
-        def broken_start(_: Any, __: ExitStack) -> None:
+        def broken_start(_: Any, __: Any, ___: ExitStack) -> None:
             raise waits.TimedOut("waited 90 s for the board to boot, in vain")
 
         self.start = broken_start  # type: ignore[method-assign]
         results = self.run_them(a=self.well, b=self.well)
         self.assertTrue(all("to boot" in result.trouble for result in results.values()))
+
+
+class Rigs(unittest.TestCase):
+    """Boards are notes in a list here."""
+
+    def setUp(self) -> None:
+        self.notes = notes = []
+        self.roster = roster.parse(SMALL + 'board { name: "head" qemu { memory_mb: 512 net: "tap" } }', "r")
+        self.tools = rig.Tools(Path("."), Path("."), Path("."))
+
+        class Noted:
+            def __init__(self, name: str, options: Any) -> None:
+                self.name, self.folder, self.options = name, Path("/boards/" + name), options
+
+            def start(self, *, fresh: bool) -> None:
+                notes.append(f"{self.name} on {self.options.wire or 'its own wire'} as {self.options.number}")
+                if self.options.memory_mb == 1:
+                    raise BoardError("too small")
+
+            def stop(self) -> None:
+                notes.append(f"{self.name} off")
+
+            def run(self, command: str, *, check: bool) -> None:
+                notes.append(f"{self.name}: {command}")
+
+        patch = mock.patch.object(rig, "Board", Noted)
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    def test_a_board_alone_has_no_peer(self) -> None:
+        with rig.open_rig(self.roster.board[0], self.roster, self.tools) as alone:
+            self.assertIsNone(alone.peer)
+        self.assertEqual(self.notes, ["hil-box on its own wire as 1", "hil-box off"])
+
+    def test_a_peer_is_on_the_first_ones_wire_without_firmware_and_ends_with_it(self) -> None:
+        with rig.open_rig(self.roster.board[0], self.roster, self.tools, self.roster.board[1]) as both:
+            self.assertEqual((both.board.name, both.peer.name), ("hil-box", "hil-head"))
+        self.assertEqual(self.notes, ["hil-box on its own wire as 1", "hil-head on hil-box as 2",
+                                      "hil-head: systemctl mask --runtime --now lightwelld", "hil-head off", "hil-box off"])
+
+    def test_a_peer_that_does_not_start_leaves_nothing_running(self) -> None:
+        self.roster.board[1].qemu.memory_mb = 1
+        with self.assertRaises(BoardError):
+            with rig.open_rig(self.roster.board[0], self.roster, self.tools, self.roster.board[1]):
+                self.fail("it started")
+        self.assertEqual(self.notes[-2:], ["hil-head off", "hil-box off"])
 
 
 if __name__ == "__main__":
