@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from hil.cases.same_light import same_light
 from hil.cases.stream import ahead, calibrate, camera_text
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
@@ -19,7 +20,7 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     camera.CopyFrom(rig.described(test.camera).usb_simulated)
     # So slow that both take every frame, for what is compared is arithmetic.
     camera.width, camera.height, camera.frame_rate = 320, 240, 15
-    frames, on_board, on_desktop = rig.folder / "frames.lwr", rig.folder / "board.lwr", rig.folder / "desktop.lwr"
+    frames = rig.folder / "frames.lwr"
     with rig.usb_camera(test.camera, arguments=ahead(camera)):
         calibration = calibrate(rig, camera)
         rig.configure(camera_text(rig, camera, rig.wait_for_video()),
@@ -27,21 +28,7 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
         rig.wait_for_recorded(40)
         rig.board.run("systemctl stop lightwelld", check=True, timeout_s=60)
         rig.board.copy_out("/var/lib/lightwell/frames.lwr", frames)
-    # Again and again, so that there is something to compare whenever a client comes.
-    uri = rig.configure('uri: "replay:/var/lib/lightwell/frames.lwr?loop=30"')
-    rig.record(uri, 12, on_board)
-    dropped = rig.info(uri)["captures_dropped"]
-    with rig.desktop_daemon(f"replay:{frames}?loop=30") as desktop:
-        rig.record_here(desktop, 25, on_desktop)
-    measured.figure("captures that the board dropped, after which its smoothing is another", dropped, "", "== 0")
-    apart = rig.compare(on_board, on_desktop)
-    measured.figure("descriptors that both made", apart["both"], "", ">= 20")
-    measured.figure("of these, with every number of their light the same", apart["same"])
-    # Sums over pixels are made in lanes, four of NEON, eight or sixteen of AVX: floats are added in another order. What that
-    # moves must stay below what the wire rounds anyway, half a step of 13 bits of each coefficient.
-    measured.figure("irradiance: RMS of the difference by RMS of the light, largest", 100 * apart["irradiance"], "%", "<= 0.02")
-    measured.figure("directions of lights, largest difference", apart["direction_deg"], "deg", "<= 0.01")
-    measured.figure("lights that only one of them found", apart["unmatched"], "", "== 0")
+    same_light(rig, frames, "/var/lib/lightwell/frames.lwr", measured)
 
 
 def bracket(rig: Rig, test: Any, measured: Measured) -> None:

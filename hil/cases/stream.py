@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
+from hil.cases import vivid
 from hil.harness.rig import Rig
 from hil.harness.runner import Broken, Measured
 
@@ -90,6 +91,16 @@ def usb_camera_mjpeg(rig: Rig, test: Any, measured: Measured) -> None:
 def libcamera(rig: Rig, test: Any, measured: Measured) -> None:
     """The other way to the same camera."""
     measure_stream(rig, test, measured)
+
+
+def vivid_bayer10(rig: Rig, test: Any, measured: Measured) -> None:
+    """Another driver, and a format that no USB camera has."""
+    vivid.measure_loop(rig, test, measured)
+
+
+def vivid_bayer12(rig: Rig, test: Any, measured: Measured) -> None:
+    """Likewise."""
+    vivid.measure_loop(rig, test, measured)
 
 
 def limits(rig: Rig, test: Any, measured: Measured) -> None:

@@ -1,12 +1,12 @@
 """hil/roster.textproto as checked data."""
 
-import functools
-import subprocess
-import tempfile
 from pathlib import Path
 from typing import Any
 
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, text_format
+from google.protobuf import text_format
+
+from .messages import message_class
+from .vivid import FOURCC
 
 HIL = Path(__file__).resolve().parent.parent
 
@@ -15,22 +15,9 @@ class RosterError(Exception):
     """A roster that cannot be run: the message names file, entry and remedy."""
 
 
-@functools.cache
-def _message_class() -> Any:
-    """Of lightwell.hil.Roster, by protoc, which is there because the firmware needs it."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "roster.pb"
-        subprocess.run(["protoc", f"-I{HIL}", f"--descriptor_set_out={out}", "roster.proto"], check=True)
-        files = descriptor_pb2.FileDescriptorSet.FromString(out.read_bytes())
-    pool = descriptor_pool.DescriptorPool()
-    for file in files.file:
-        pool.Add(file)
-    return message_factory.MessageFactory(pool).GetPrototype(pool.FindMessageTypeByName("lightwell.hil.Roster"))
-
-
 def parse(text: str, name: str) -> Any:
     """The Roster. RosterError with line and column where it is none, and where an entry cannot be run."""
-    roster = _message_class()()
+    roster = message_class(HIL, "roster.proto", "lightwell.hil.Roster")()
     try:
         text_format.Parse(text, roster)
     except text_format.ParseError as error:
@@ -54,6 +41,10 @@ def _check(roster: Any, name: str) -> None:
             if kind in ("board", "camera") and entry.WhichOneof("kind") is None:
                 raise RosterError(f"{name}: {kind} {entry.name} is of no kind; see hil/roster.proto")
         names[kind] = seen
+    for camera in roster.camera:
+        if camera.WhichOneof("kind") == "vivid" and camera.vivid.format not in FOURCC:
+            raise RosterError(f"{name}: camera {camera.name}: nothing renders '{camera.vivid.format}' for vivid; there are "
+                              + ", ".join(FOURCC))
     if not roster.test:
         raise RosterError(f"{name}: there is no test in it")
     for test in roster.test:

@@ -1,0 +1,84 @@
+"""Recordings of frames, as lightwelld --record writes them: the container of proto/README.md.
+
+read    what a recording's pixels mean, and its frames
+thin    some of its frames, byte for byte, as a recording of their own
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from google.protobuf import text_format
+
+from .messages import message_class
+
+PROTO = Path(__file__).resolve().parents[2] / "proto"
+MAGIC = b"LWREC\x01\r\n"
+_HEAD = struct.Struct("<IIq")
+
+
+class RecordingError(Exception):
+    """A file that is no recording of frames; the text names it."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Of a camera with one lens."""
+    sequence: int
+    format: str
+    width: int
+    height: int
+    # The picture's bytes with its padding.
+    data: bytes
+
+
+def _message(name: str) -> Any:
+    return message_class(PROTO, "lightwell/v1/recording.proto", f"lightwell.v1.{name}")
+
+
+def _records(path: Path) -> Iterator[tuple[bytes, bytes]]:
+    """Each record's head and payload, up to one that is cut off. Sums are not checked: whoever plays a recording does that."""
+    with open(path, "rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise RecordingError(f"{path} is no recording")
+        while len(head := file.read(_HEAD.size)) == _HEAD.size:
+            size = _HEAD.unpack(head)[0]
+            payload = file.read(size)
+            if len(payload) < size:
+                return
+            yield head, payload
+
+
+def _frame(payload: bytes) -> Frame:
+    record = _message("FrameRecord").FromString(payload)
+    view = record.view[0]
+    return Frame(record.sequence, view.format, view.width, view.height, view.data)
+
+
+def read(path: Path) -> tuple[str, list[Frame]]:
+    """The calibration as text, and the frames."""
+    records = _records(path)
+    first = next(records, None)
+    if first is None:
+        raise RecordingError(f"{path} holds nothing")
+    header = _message("RecordingHeader").FromString(first[1])
+    if not header.HasField("calibration"):
+        raise RecordingError(f"{path} is no recording of frames")
+    return text_format.MessageToString(header.calibration), [_frame(payload) for _, payload in records]
+
+
+def thin(source: Path, target: Path, *, apart: int, frames: int) -> int:
+    """The first frames, so many at most, whose numbers are at least `apart` from each other; how many that are."""
+    kept, last = 0, None
+    with open(target, "wb") as out:
+        out.write(MAGIC)
+        for number, (head, payload) in enumerate(_records(source)):
+            if number > 0:
+                sequence = _frame(payload).sequence
+                if kept == frames or (last is not None and sequence < last + apart):
+                    continue
+                kept, last = kept + 1, sequence
+            out.write(head + payload)
+    return kept
