@@ -13,7 +13,7 @@ from hil.harness.vivid import VividLoop, render
 
 # A disk in memory: an emulated one would be slower than the frames.
 _ROOM = "/run/vivid"
-_RECORDED = 60
+_RECORDED = 32
 
 
 def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
@@ -31,9 +31,9 @@ def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
             measured.time("frames that the kernel's own tool takes in the firmware's place", loop.taken_by_the_tool(), "/s")
             uri = rig.configure(text, more=more)
             time.sleep(4)  # A stream that has just begun is not what is measured.
-            _account(rig, loop, uri, measured, seconds=12)
+            _account(rig, loop, uri, measured, seconds=8)
             loop.drop(50)
-            _account(rig, loop, uri, measured, seconds=8, dropped=50)
+            _account(rig, loop, uri, measured, seconds=5, dropped=50)
             loop.drop(0)
             _record(rig, text, more)
             if not loop.feeds():
@@ -41,9 +41,9 @@ def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
         _bytes(rig, pictures, measured)
         thinned = rig.folder / "thinned.lwr"
         # So few a second that both take each: what is compared is arithmetic.
-        recording.thin(rig.folder / "loop.lwr", thinned, apart=8, frames=6)
+        recording.thin(rig.folder / "loop.lwr", thinned, apart=6, frames=5)
         rig.board.copy_in(thinned, f"{_ROOM}/thinned.lwr")
-        same_light(rig, thinned, f"{_ROOM}/thinned.lwr", measured, board_s=6, desktop_s=12)
+        same_light(rig, thinned, f"{_ROOM}/thinned.lwr", measured, board_s=4, desktop_s=8)
     finally:
         rig.board.run(f"systemctl stop lightwelld; umount {_ROOM} && rmdir {_ROOM}; true", timeout_s=60)
 

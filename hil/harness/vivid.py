@@ -113,8 +113,9 @@ class VividLoop:
         return self._board.run(["systemctl", "is-active", "--quiet", _FEEDER]).status == 0
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
-        self._end()
+        if not self._end() and kind is None:
+            raise Broken("vivid cannot be unloaded: somebody has it open")
 
-    def _end(self) -> None:
+    def _end(self) -> bool:
         # In this order: the driver stays as long as somebody has it open.
-        self._board.run(f"systemctl stop lightwelld {_FEEDER}; rm -f {_FILE}; modprobe -r vivid", timeout_s=90)
+        return self._board.run(f"systemctl stop lightwelld {_FEEDER}; rm -f {_FILE}; modprobe -r vivid", timeout_s=90).status == 0

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The harness, on boards and tests that are none."""
 
+import struct
 import tempfile
 import threading
 import time
@@ -12,8 +13,11 @@ from typing import Any
 from unittest import mock
 
 import harness_path  # noqa: F401
-from hil.harness import locks, order, report, rig, roster, runner, waits
+from hil.harness import locks, order, recording, report, rig, roster, runner, waits
+from hil.harness.messages import message_class
 from hil.harness.runs import BoardError
+from hil.harness.ssh import CommandFailed
+from hil.harness.vivid import VividLoop
 
 SMALL = """
 board { name: "box" qemu { cpus: 2 } }
@@ -75,6 +79,8 @@ class TheRoster(unittest.TestCase):
         self.assertIn("a name of its own", self.refusal(SMALL + 'board { name: "box" qemu {} }'))
         self.assertIn("of no kind", self.refusal(SMALL.replace("qemu { cpus: 2 }", "")))
         self.assertIn("no test", self.refusal('board { name: "box" qemu {} }'))
+        self.assertIn("nothing renders 'GREY' for vivid; there are bayer10",
+                      self.refusal(SMALL.replace('uri: "v4l2:/dev/video0"', 'vivid { format: "GREY" }')))
 
     def test_a_peer_is_a_second_board_on_the_same_wire(self) -> None:
         two = (SMALL.replace("cpus: 2", 'net: "tap"').replace("limit_s: 3", 'limit_s: 3 peer: "head" fresh_board: true')
@@ -291,6 +297,106 @@ class Rigs(unittest.TestCase):
             with rig.open_rig(self.roster.board[0], self.roster, self.tools, self.roster.board[1]):
                 self.fail("it started")
         self.assertEqual(self.notes[-2:], ["hil-head off", "hil-box off"])
+
+
+class Recordings(unittest.TestCase):
+    """The container, written by hand from proto/README.md."""
+
+    def setUp(self) -> None:
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = Path(folder.name) / "frames.lwr"
+        types = {name: message_class(recording.PROTO, "lightwell/v1/recording.proto", f"lightwell.v1.{name}")
+                 for name in ("RecordingHeader", "FrameRecord")}
+        header = types["RecordingHeader"](kind=2)
+        header.calibration.nits_per_unit = 0.25
+        self.records = [header.SerializeToString()]
+        for sequence in (3, 4, 7, 9, 10):
+            frame = types["FrameRecord"](sequence=sequence)
+            frame.view.add(format="bayer10", width=2, height=1, data=bytes([sequence] * 4))
+            self.records.append(frame.SerializeToString())
+        self.write(b"LWREC\x01\r\n" + b"".join(struct.pack("<IIq", len(r), 77, 5) + r for r in self.records))
+
+    def write(self, content: bytes) -> None:
+        self.path.write_bytes(content)
+
+    def test_frames_and_calibration_are_read(self) -> None:
+        calibration, frames = recording.read(self.path)
+        self.assertEqual(calibration.strip(), "nits_per_unit: 0.25")
+        self.assertEqual([frame.sequence for frame in frames], [3, 4, 7, 9, 10])
+        self.assertEqual(frames[2], recording.Frame(7, "bayer10", 2, 1, b"\7\7\7\7"))
+
+    def test_what_is_cut_off_at_any_byte_is_read_up_to_there(self) -> None:
+        whole = self.path.read_bytes()
+        for less in (1, len(self.records[-1]), len(self.records[-1]) + 15):
+            self.write(whole[:-less])
+            self.assertEqual([frame.sequence for frame in recording.read(self.path)[1]], [3, 4, 7, 9], less)
+
+    def test_what_is_none_is_named(self) -> None:
+        for content in (b"", b"RIFFxxxxx", b"LWREC\x01\r\n", b"LWREC\x01\r\n" + bytes(16)):
+            self.write(content)
+            with self.assertRaisesRegex(recording.RecordingError, "frames.lwr"):
+                recording.read(self.path)
+
+    def test_thinned_it_holds_frames_that_are_far_enough_apart_as_they_were(self) -> None:
+        target = self.path.with_name("thin.lwr")
+        self.assertEqual(recording.thin(self.path, target, apart=3, frames=9), 3)
+        self.assertEqual([frame.sequence for frame in recording.read(target)[1]], [3, 7, 10])
+        self.assertEqual(recording.read(target)[0], recording.read(self.path)[0])
+        self.assertEqual(recording.thin(self.path, target, apart=1, frames=2), 2)
+        # Byte for byte: sums and times are the old ones.
+        self.assertTrue(self.path.read_bytes().startswith(target.read_bytes()))
+
+
+class Vivid(unittest.TestCase):
+    """The board is a list of what it was told."""
+
+    def setUp(self) -> None:
+        self.told: list[str] = []
+        self.fails = "nothing"
+        self.fed = b""
+        self.camera = SimpleNamespace(format="bayer10", width=640, height=480)
+
+    def board(self) -> Any:
+        def run(command: Any, *, check: bool = False, timeout_s: float = 60) -> SimpleNamespace:
+            text = command if isinstance(command, str) else " ".join(command)
+            self.told.append(text)
+            if self.fails in text:
+                if check:
+                    raise CommandFailed(text)
+                return SimpleNamespace(status=1, out="")
+            said = ("/sys/class/video4linux/video" + ("4" if "vid-cap" in text else "5") + "/name\n" if text.startswith("grep") else
+                    "Frames per second: 58.750 (235000/4000)" if "--get-parm" in text else
+                    "".join(f"cap dqbuf: 0 seq: {n:6} bytesused\n" for n in (7, 8, 10, 11)) if "--stream-mmap" in text else "")
+            return SimpleNamespace(status=0, out=said)
+
+        def copy_in(source: Path, _: str) -> None:
+            self.fed = source.read_bytes()
+
+        return SimpleNamespace(run=run, copy_in=copy_in)
+
+    def test_is_loaded_fed_and_unloaded(self) -> None:
+        with VividLoop(self.board(), self.camera, [b"one", b"two"]) as loop:
+            self.assertEqual((loop.device, loop.rate, self.fed), ("/dev/video4", 58.75, b"onetwo"))
+            # Four numbers, three frames after the first one's: one is missing.
+            self.assertAlmostEqual(loop.taken_by_the_tool(), 58.75 * 3 / 4)
+        setup = next(text for text in self.told if "--set-dv-bt-timings" in text)
+        self.assertIn("--set-fmt-video=width=640,height=480,pixelformat=RG10", setup)
+        self.assertIn("-d /dev/video5 --stream-out-mmap", setup)
+        self.assertIn("modprobe -r vivid", self.told[-1])
+
+    def test_what_goes_wrong_leaves_it_unloaded(self) -> None:
+        self.fails = "--set-dv-bt-timings"
+        with self.assertRaises(CommandFailed):
+            with VividLoop(self.board(), self.camera, [b"one"]):
+                self.fail("it started")
+        self.assertIn("modprobe -r vivid", self.told[-1])
+
+    def test_a_driver_that_is_missing_or_stays_is_told(self) -> None:
+        for self.fails, what in (("modprobe vivid", "has no vivid"), ("modprobe -r", "cannot be unloaded")):
+            with self.assertRaisesRegex(runner.Broken, what):
+                with VividLoop(self.board(), self.camera, [b"one"]):
+                    pass
 
 
 if __name__ == "__main__":
