@@ -12,10 +12,10 @@ def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_
     """Plays a recording of frames through both, for so long each: it is on the board as `there`, here as `frames`."""
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
     # Again and again, so that there is something to compare whenever a client comes.
-    uri = rig.configure(f'uri: "replay:{there}?loop=30"')
+    uri = rig.configure(f'uri: "replay:{there}?loop=0"')
     rig.record(uri, board_s, on_board)
     dropped = rig.info(uri)["captures_dropped"]
-    with rig.desktop_daemon(f"replay:{frames}?loop=30") as desktop:
+    with rig.desktop_daemon(f"replay:{frames}?loop=0") as desktop:
         rig.record_here(desktop, desktop_s, on_desktop)
     measured.figure("captures that the board dropped, after which its smoothing is another", dropped, "", "== 0")
     apart = rig.compare(on_board, on_desktop)

@@ -227,7 +227,8 @@ class Rig:
             yield running
 
     def record(self, uri: str, seconds: float, file: Path) -> None:
-        """Descriptors byte for byte."""
+        """Descriptors byte for byte, into a new file: an old one would be carried on."""
+        file.unlink(missing_ok=True)
         self.client(["record", uri, str(file), "--seconds", str(seconds)], timeout_s=seconds + 60)
 
     def info(self, uri: str) -> dict[str, Any]:
@@ -256,6 +257,7 @@ class Rig:
 
     def record_here(self, uri: str, seconds: float, file: Path) -> None:
         """As record(), of a probe of this machine."""
+        file.unlink(missing_ok=True)
         _said([self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)], self.folder, "lightwell record")
 
     def compare(self, one: Path, other: Path) -> dict[str, float]:

@@ -285,6 +285,17 @@ class Rigs(unittest.TestCase):
             self.assertIsNone(alone.peer)
         self.assertEqual(self.notes, ["hil-box on its own wire as 1", "hil-box off"])
 
+    def test_a_recording_never_carries_on_that_of_another_test(self) -> None:
+        with tempfile.TemporaryDirectory() as folder, rig.open_rig(self.roster.board[0], self.roster, self.tools) as alone:
+            file = Path(folder) / "board.lwr"
+            there = []
+            with mock.patch.object(alone, "client", lambda *_, **__: there.append(file.exists())), \
+                    mock.patch.object(rig, "_said", lambda *_: there.append(file.exists())):
+                for record in (alone.record, alone.record_here):
+                    file.write_bytes(b"of another test")
+                    record("grpc://127.0.0.1:1", 1, file)
+        self.assertEqual(there, [False, False])
+
     def test_a_peer_is_on_the_first_ones_wire_without_firmware_and_ends_with_it(self) -> None:
         with rig.open_rig(self.roster.board[0], self.roster, self.tools, self.roster.board[1]) as both:
             self.assertEqual((both.board.name, both.peer.name), ("hil-box", "hil-head"))
