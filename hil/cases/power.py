@@ -37,7 +37,7 @@ def _prepare(rig: Rig) -> dict[str, str]:
 def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
     """QEMU is killed while calibrations are saved, one over the other: afterwards one of them is there, whole."""
     chance = random.Random(11)
-    saves = 0
+    saves = cuts = 0
     found: list[str] = []
     for _ in range(_CUTS):
         whole = _prepare(rig)
@@ -47,10 +47,11 @@ def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
         time.sleep(1 + 3 * chance.random())
         saves += int(rig.board.run("cat /run/saves", check=True).out)
         rig.board.power_cut()
+        cuts += 1
         rig.board.start()
         there = rig.board.run(f"cat {_FILE}", check=True).out
         found += [name for name, text in whole.items() if text == there] or ["neither"]
-    measured.figure("times the plug was pulled", _CUTS)
+    measured.figure("times the plug was pulled", cuts, "", f"== {_CUTS}")
     measured.figure("calibrations saved before", saves, "", f">= {_CUTS}")
     measured.figure("afterwards neither the old nor the new was there whole", found.count("neither"), "", "== 0")
     measured.figure("what was there", ", ".join(found))

@@ -28,6 +28,13 @@ from .runner import Broken, CannotRun
 from .waits import wait_for
 
 
+# What the camera damaged as it was told to.
+DAMAGED = ("torn", "shortened", "marked")
+_REST_S = 1.8
+# What is on its way through kernel, firmware, network and client when the camera falls silent.
+_UNDER_WAY_S = 0.5
+
+
 @dataclass(frozen=True)
 class Tools:
     """Programs of this machine, and where the board's build is."""
@@ -160,14 +167,32 @@ class Rig:
         return {name: int(value) for name, value in (line.split() for line in shown.splitlines())}
 
     def snapshot(self, camera: UsbCamera, uri: str) -> dict[str, float]:
-        """Counters of camera and firmware, and when: as near to one moment as two questions are."""
+        """Counters of camera and firmware, and when: as near to one moment as two questions are. Frames that a fault asked the camera
+        to keep are none that it could not hand over."""
         at = time.monotonic()
         counts = camera.counters()["counters"]
         info = self.info(uri)
-        dropped = sum(counts[name] for name in ("skipped", "silent", "busy", "replaced", "unrendered", "aborted"))
-        sent = sum(counts[name] for name in ("sent", "torn", "shortened", "marked"))
-        return {"at": at, "sent": sent, "camera_dropped": dropped,
+        dropped = sum(counts[name] for name in ("busy", "replaced", "unrendered", "aborted"))
+        sent = sum(counts[name] for name in ("sent", *DAMAGED))
+        return {"at": at, "sent": sent, "camera_dropped": dropped, "damaged": sum(counts[name] for name in DAMAGED),
                 **{name: info[name] for name in ("frames", "frames_lost", "estimates", "estimates_failed", "captures_dropped")}}
+
+    def at_rest(self, camera: UsbCamera, uri: str, watcher: Watcher) -> dict[str, float]:
+        """A snapshot while nothing is under way, so that what went in can be held against what came out, with what the client got
+        ("arrived", "missing"). The camera is silent from "at" until "until", which is shorter than the 2 s after which the firmware takes it
+        for gone; returns when that is over."""
+        camera.command("silence", seconds=_REST_S)
+        begun = time.monotonic()
+        time.sleep(_UNDER_WAY_S)
+        told = len(watcher.seconds())
+        looked = self.snapshot(camera, uri)
+        # The client's second in which the last frames came must have ended, and the next frames not have begun.
+        lines = wait_for("a second without frames", lambda: watcher.seconds() if len(watcher.seconds()) > told else None, 5, every_s=0.05)
+        if (late := time.monotonic() - begun) > _REST_S:
+            raise Broken(f"the look at a camera at rest took {late:.1f} s, and the rest was {_REST_S} s: this machine is too busy")
+        time.sleep(_REST_S - late)
+        return looked | {"at": begun, "until": begun + _REST_S, "arrived": sum(line["frames"] for line in lines),
+                         "missing": lines[-1]["gaps"]}
 
     def profile(self, seconds: float) -> str:
         """Where the time of the board's processors goes, in percent of all of them."""
@@ -291,11 +316,23 @@ class Watcher:
         self._child.wait(20)
         self._file.close()
 
-    def seconds(self) -> list[dict[str, Any]]:
-        """What it said of each second so far."""
+    def _lines(self, kind: str) -> list[dict[str, Any]]:
         text = Path(self._file.name).read_text(encoding="utf-8")
         whole = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
-        return [line for line in whole if line["kind"] == "second"]
+        return [line for line in whole if line["kind"] == kind]
+
+    def seconds(self) -> list[dict[str, Any]]:
+        """What it said of each second so far."""
+        return self._lines("second")
+
+    def summary(self) -> dict[str, Any]:
+        """Ends it; what it said of all."""
+        self._child.terminate()
+        self._child.wait(20)
+        lines = self._lines("summary")
+        if not lines:
+            raise Broken("the client ended without a summary")
+        return lines[0]
 
     def wait_for(self, what: str, limit_s: float, *, since: int, frames: int = 1) -> dict[str, Any]:
         """The first line after the `since`th in which at least `frames` came."""

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <vector>
 
+#include <lightwell/json.hpp>
+
 #include "camera/uri.hpp"
 
 namespace lightwell::usb_camera {
@@ -36,7 +38,7 @@ std::string counters_json(const Call& call) {
   std::string out = "{";
   for (const std::string_view& name : kOutcomes) {
     const auto outcome = static_cast<Outcome>(&name - kOutcomes.data());
-    out += json_text(name) + ": " + std::to_string(call.subject.log->count(outcome)) + ", ";
+    out += json_string(name) + ": " + std::to_string(call.subject.log->count(outcome)) + ", ";
   }
   out += "\"streams\": " + std::to_string(device.stream().streams());
   out += ", \"controls_set\": " + std::to_string(device.controls().sets());
@@ -70,7 +72,7 @@ Answer status(const Call& call) {
                     ", \"halted\": " + truth(device.stream().halted()) + ", " + sensor.data() +
                     ", \"transfers_waiting\": " + std::to_string(device.stream().waiting_transfers());
   if (const auto& agreed = device.stream().agreement()) {
-    out += ", \"format\": " + json_text(to_string(agreed->format.encoding)) +
+    out += ", \"format\": " + json_string(to_string(agreed->format.encoding)) +
            ", \"width\": " + std::to_string(agreed->format.size.width) +
            ", \"height\": " + std::to_string(agreed->format.size.height) +
            ", \"rate\": " + std::to_string(agreed->format.rate);
@@ -168,9 +170,9 @@ const std::vector<Command>& commands() {
 Answer help(const Call&) {
   std::string out = ", \"commands\": {";
   for (const Command& command : commands()) {
-    out += (&command == commands().data() ? "" : ", ") + json_text(command.name) + ": [";
+    out += (&command == commands().data() ? "" : ", ") + json_string(command.name) + ": [";
     for (const std::string_view& value : command.values)
-      out += (&value == command.values.data() ? "" : ", ") + json_text(value);
+      out += (&value == command.values.data() ? "" : ", ") + json_string(value);
     out += "]";
   }
   return out + "}";
@@ -203,7 +205,7 @@ Answer attempt(std::string_view line, const Subject& subject, CameraTime now) {
 std::string carry_out(std::string_view line, const Subject& subject, CameraTime now) {
   const Answer answer = attempt(line, subject, now);
   if (answer) return "{\"ok\": true" + *answer + "}";
-  return "{\"ok\": false, \"error\": " + json_text(answer.status().message()) + "}";
+  return "{\"ok\": false, \"error\": " + json_string(answer.status().message()) + "}";
 }
 
 }  // namespace lightwell::usb_camera

@@ -1,4 +1,4 @@
-// The little JSON that the control socket speaks: objects of one level, whose values are texts, numbers or truths.
+// The little JSON that the control socket understands: objects of one level, whose values are texts, numbers or truths.
 #pragma once
 
 #include <map>
@@ -16,8 +16,5 @@ using JsonObject = std::map<std::string, JsonValue, std::less<>>;
 /// RFC 8259, without arrays, objects in objects and null, which no command has. Of \u escapes those below 128.
 /// invalid_argument says at which character it stopped.
 [[nodiscard]] Result<JsonObject> parse_json_object(std::string_view text);
-
-/// With quotes, escaped.
-[[nodiscard]] std::string json_text(std::string_view text);
 
 }  // namespace lightwell::usb_camera

@@ -22,7 +22,7 @@ from hil.harness.vivid import VividLoop
 SMALL = """
 board { name: "box" qemu { cpus: 2 } }
 camera { name: "eye" uri: "v4l2:/dev/video0" }
-link { name: "wire" scheme: "grpc" }
+link { name: "wire" }
 test { name: "a.b" what: "x" board: "box" camera: "eye" link: "wire" limit_s: 3 }
 """
 

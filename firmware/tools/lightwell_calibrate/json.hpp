@@ -1,8 +1,9 @@
-// Numbers and texts as JSON has them.
+// Numbers as JSON has them; texts by lightwell/json.hpp.
 #pragma once
 
 #include <string>
-#include <string_view>
+
+#include <lightwell/json.hpp>
 
 namespace lightwell::calibrate {
 
@@ -15,6 +16,5 @@ template <class Numbers>
   for (const double v : values) out += (out.empty() ? "" : ", ") + json_number(v);
   return "[" + out + "]";
 }
-[[nodiscard]] std::string json_string(std::string_view text);
 
 }  // namespace lightwell::calibrate

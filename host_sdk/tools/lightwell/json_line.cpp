@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 namespace lightwell::tool {
 
@@ -17,23 +16,6 @@ std::string json_number(double value) {
             : std::to_chars(text.data(), text.data() + text.size(), value,
                             std::chars_format::general, 6);
   return {text.data(), end};
-}
-
-std::string json_string(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      std::array<char, 8> escaped{};
-      std::snprintf(escaped.data(), escaped.size(), "\\u%04x", static_cast<unsigned>(c));
-      out += escaped.data();
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
 }
 
 JsonLine& JsonLine::numbers(std::string_view key, std::span<const float> values) {

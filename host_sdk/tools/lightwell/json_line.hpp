@@ -5,11 +5,12 @@
 #include <string>
 #include <string_view>
 
+#include <lightwell/json.hpp>
+
 namespace lightwell::tool {
 
 /// A number as JSON; what JSON has no number for (infinity, NaN) becomes null.
 [[nodiscard]] std::string json_number(double value);
-[[nodiscard]] std::string json_string(std::string_view text);
 
 /// An object; keys stand in the order in which they were put.
 class JsonLine {

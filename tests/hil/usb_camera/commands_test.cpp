@@ -146,7 +146,5 @@ TEST(Json, RefusesTheRest) {
     EXPECT_FALSE(parse_json_object(bad)) << bad;
 }
 
-TEST(Json, WritesTexts) { EXPECT_EQ(json_text("a\"b\\c\n"), R"("a\"b\\c\u000a")"); }
-
 }  // namespace
 }  // namespace lightwell::usb_camera

@@ -1,0 +1,35 @@
+"""What the board itself takes: the figures of hil/README.md."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from hil.harness.rig import Rig
+from hil.harness.runner import Measured
+
+
+def costs(rig: Rig, test: Any, measured: Measured) -> None:
+    """Boots, looks, and ends it."""
+    board = rig.board
+    begun = time.monotonic()
+    measured.figure("ended by itself when it was told to", str(board.stop()), "", "== True")
+    measured.time("down, clean", time.monotonic() - begun, "s")
+    begun = time.monotonic()
+    board.start()
+    measured.time("from QEMU's start to ssh", time.monotonic() - begun, "s")
+    board.wait_for_service()
+    measured.time("to lightwelld READY, a simulated camera of 160x120 rendered on the board", time.monotonic() - begun, "s")
+    status = board.status()
+    measured.figure("memory of the host's, lightwelld running", status["resident_mb"], "MB")
+    used = board.run("free -m | awk '/^Mem/ {print $3}'", check=True).out
+    measured.figure("memory used in the board", float(used), "MB")
+    measured.figure("lightwelld's memory", rig.daemon()["rss_kb"] / 1024, "MB")
+    failed = board.run("systemctl --failed --plain --no-legend", check=True).out.split("\n")
+    measured.figure("units that failed", sum(1 for line in failed if line.strip()), "", "== 0")
+    times = []
+    for _ in range(5):
+        begun = time.monotonic()
+        board.run("true", check=True)
+        times.append(time.monotonic() - begun)
+    measured.time("one command by ssh, best of five", min(times), "s")
