@@ -10,7 +10,7 @@ from hil.harness.rig import Rig
 from hil.harness.runner import Broken, Measured
 
 _FILE = "/var/lib/lightwell/rig.textproto"
-_CUTS = 4
+_CUTS = 3
 
 
 def _kalibr(focal: float) -> str:

@@ -101,27 +101,32 @@ def libcamera(rig: Rig, test: Any, measured: Measured) -> None:
 
 def vivid_bayer10(rig: Rig, test: Any, measured: Measured) -> None:
     """Another driver, and a format that no USB camera has."""
-    vivid.measure_loop(rig, test, measured)
+    with vivid.room(rig):
+        vivid.measure_loop(rig, test, measured)
 
 
 def vivid_bayer12(rig: Rig, test: Any, measured: Measured) -> None:
-    """Likewise."""
-    vivid.measure_loop(rig, test, measured)
+    """Likewise; and the light of these frames against the desktop's."""
+    with vivid.room(rig):
+        vivid.measure_loop(rig, test, measured)
+        vivid.compare_light(rig, measured)
 
 
 def limits(rig: Rig, test: Any, measured: Measured) -> None:
     """At which size and rate the emulated board gives out: the camera sends as fast as it is taken."""
     camera = rig.described(test.camera).usb_simulated
+    # One that does not move has few pictures to be rendered ahead.
+    still = camera.scene.split("&turn=")[0]
     for width, height in ((640, 480), (1280, 720), (1920, 1080)):
         sized = type(camera)()
         sized.CopyFrom(camera)
         sized.width, sized.height, sized.frame_rate = width, height, 60
-        with rig.usb_camera(test.camera, arguments=["--pace", "free", *ahead(sized)]) as outside:
-            uri = rig.configure(camera_text(rig, sized, rig.wait_for_video()), more=calibrate(rig, sized))
+        with rig.usb_camera(test.camera, scene=still, arguments=["--pace", "free", *ahead(sized)]) as outside:
+            uri = rig.configure(camera_text(rig, sized, rig.wait_for_video()), more=calibrate(rig, sized, still))
             time.sleep(2)
             begun = rig.snapshot(outside, uri)
-            profile = rig.profile(6)
-            summary = rig.watch(uri, 8)
+            profile = rig.profile(4)
+            summary = rig.watch(uri, 6)
             ended = rig.snapshot(outside, uri)
         took = ended["at"] - begun["at"]
         measured.time(f"{width}x{height}: frames into the firmware", (ended["frames"] - begun["frames"]) / took, "/s")

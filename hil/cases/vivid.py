@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from hil.cases.same_light import same_light
@@ -16,36 +18,49 @@ _ROOM = "/run/vivid"
 _RECORDED = 32
 
 
-def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
-    """Rate and account, then the same with frames that the driver keeps, then the bytes, then their light."""
-    camera = rig.described(test.camera).vivid
-    calibration, pictures = render(rig.tools.host / "lightwelld", camera)
-    rig.board.run("cat > /etc/lightwell/rig.textproto", text=calibration, check=True)
-    more = 'calibration: "rig.textproto"\n'
+@contextmanager
+def room(rig: Rig) -> Iterator[None]:
+    """Where the board records."""
+    rig.board.run(f"mkdir -p {_ROOM} && mount -t tmpfs -o size=600m,uid=$(id -u lightwell) tmpfs {_ROOM}", check=True)
     try:
-        with VividLoop(rig.board, camera, pictures) as loop:
-            text = (f'uri: "v4l2:{loop.device}?format={camera.format}" width: {camera.width} height: {camera.height} '
-                    f"frame_rate: {loop.rate}")
-            rig.board.run("systemctl stop lightwelld", check=True, timeout_s=60)
-            # What the driver itself has no time for on an emulated processor.
-            measured.time("frames that the kernel's own tool takes in the firmware's place", loop.taken_by_the_tool(), "/s")
-            uri = rig.configure(text, more=more)
-            time.sleep(4)  # A stream that has just begun is not what is measured.
-            _account(rig, loop, uri, measured, seconds=8)
-            loop.drop(50)
-            _account(rig, loop, uri, measured, seconds=5, dropped=50)
-            loop.drop(0)
-            _record(rig, text, more)
-            if not loop.feeds():
-                raise Broken("v4l2-ctl, which feeds the loop, ended")
-        _bytes(rig, pictures, measured)
-        thinned = rig.folder / "thinned.lwr"
-        # So few a second that both take each: what is compared is arithmetic.
-        recording.thin(rig.folder / "loop.lwr", thinned, apart=6, frames=5)
-        rig.board.copy_in(thinned, f"{_ROOM}/thinned.lwr")
-        same_light(rig, thinned, f"{_ROOM}/thinned.lwr", measured, board_s=4, desktop_s=8)
+        yield
     finally:
         rig.board.run(f"systemctl stop lightwelld; umount {_ROOM} && rmdir {_ROOM}; true", timeout_s=60)
+
+
+def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
+    """Rate and account, then the same with frames that the driver keeps, then the bytes, which rig.folder / loop.lwr holds afterwards. In a
+    room()."""
+    camera = rig.described(test.camera).vivid
+    calibration, pictures = render(rig.tools.host / "lightwelld", camera)
+    # What it was told before may be a device that vivid will make: it would have it open.
+    rig.board.run("systemctl stop lightwelld", check=True, timeout_s=60)
+    rig.board.run("cat > /etc/lightwell/rig.textproto", text=calibration, check=True)
+    more = 'calibration: "rig.textproto"\n'
+    with VividLoop(rig.board, camera, pictures) as loop:
+        text = (f'uri: "v4l2:{loop.device}?format={camera.format}" width: {camera.width} height: {camera.height} '
+                f"frame_rate: {loop.rate}")
+        # What the driver itself has no time for on an emulated processor.
+        measured.time("frames that the kernel's own tool takes in the firmware's place", loop.taken_by_the_tool(), "/s")
+        uri = rig.configure(text, more=more)
+        time.sleep(4)  # A stream that has just begun is not what is measured.
+        _account(rig, loop, uri, measured, seconds=6)
+        loop.drop(50)
+        _account(rig, loop, uri, measured, seconds=5, dropped=50)
+        loop.drop(0)
+        _record(rig, text, more)
+        if not loop.feeds():
+            raise Broken("v4l2-ctl, which feeds the loop, ended")
+    _bytes(rig, pictures, measured)
+
+
+def compare_light(rig: Rig, measured: Measured) -> None:
+    """What the board and the desktop make of the frames that measure_loop recorded."""
+    thinned = rig.folder / "thinned.lwr"
+    # So few a second that both take each: what is compared is arithmetic.
+    recording.thin(rig.folder / "loop.lwr", thinned, apart=6, frames=5)
+    rig.board.copy_in(thinned, f"{_ROOM}/thinned.lwr")
+    same_light(rig, thinned, f"{_ROOM}/thinned.lwr", measured, board_s=4, desktop_s=8)
 
 
 def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds: float, dropped: int = 0) -> None:
@@ -79,7 +94,6 @@ def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds
 
 def _record(rig: Rig, text: str, more: str) -> None:
     """Some frames as the firmware's camera delivered them, into rig.folder / loop.lwr."""
-    rig.board.run(f"mkdir -p {_ROOM} && mount -t tmpfs -o size=600m,uid=$(id -u lightwell) tmpfs {_ROOM}", check=True)
     rig.configure(text, more=more + f'record {{ path: "{_ROOM}/loop.lwr" }}\n')
     rig.wait_for_recorded(_RECORDED)
     rig.board.run("systemctl stop lightwelld", check=True, timeout_s=60)

@@ -159,10 +159,10 @@ class Rig:
         return self.board.grpc()
 
     def daemon(self) -> dict[str, int]:
-        """lightwelld's process as the board has it: pid, resident kB, threads, handles; and how often systemd started it anew."""
+        """lightwelld's process as the board has it: pid, resident kB and those of them that are its own, threads, handles; and how often systemd started it anew."""
         shown = self.board.run("p=$(systemctl show -p MainPID --value lightwelld); echo pid $p; "
                                "systemctl show -p NRestarts lightwelld | sed 's/NRestarts=/restarts /'; "
-                               "awk '/^VmRSS/ {print \"rss_kb\", $2} /^Threads/ {print \"threads\", $2}' /proc/$p/status; "
+                               "awk '/^VmRSS/ {print \"rss_kb\", $2} /^RssAnon/ {print \"own_kb\", $2} /^Threads/ {print \"threads\", $2}' /proc/$p/status; "
                                "echo handles $(ls /proc/$p/fd | wc -l)", check=True).out
         return {name: int(value) for name, value in (line.split() for line in shown.splitlines())}
 

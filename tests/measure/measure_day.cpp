@@ -1,7 +1,7 @@
 // A day of a probe in minutes: as many descriptors as 30 a second make in 24 hours go from a real publisher over real gRPC to
 // real clients, one of which stays and others of which come and go; stamps advance by a thirtieth of a second each. Prints
-// what the process holds in the first three hours at most, at the end, and at most in between: one JSON object a line for
-// tests/figures (figure, value).
+// what the process holds in the first three hours at most, at the end (of threads and handles the fewest of the last three hours), and
+// at most in between: one JSON object a line for tests/figures (figure, value).
 //   measure_day [--hours H] [--links grpc]      24 hours
 //     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads...; received, coalesced, reconnects
 #include <dirent.h>
@@ -58,6 +58,8 @@ struct Held {
   [[nodiscard]] Held largest(const Held& o) const {
     return {std::max(rss_kb, o.rss_kb), std::max(fds, o.fds), std::max(threads, o.threads)};
   }
+  /// This memory; of what comes and goes the fewer.
+  [[nodiscard]] Held fewest(const Held& o) const { return {rss_kb, std::min(fds, o.fds), std::min(threads, o.threads)}; }
   void print(const char* when) const {
     std::printf("{\"figure\": \"rss_kb.%s\", \"value\": %.0f}\n{\"figure\": \"fds.%s\", \"value\": %.0f}\n"
                 "{\"figure\": \"threads.%s\", \"value\": %.0f}\n",
@@ -122,9 +124,10 @@ int main(int argc, char** argv) {
   const auto frames = static_cast<std::uint64_t>(hours * 3600 * kRate);
   const auto hour = static_cast<std::uint64_t>(3600 * kRate), visit = static_cast<std::uint64_t>(60 * kMinutesBetweenClients * kRate);
   std::optional<Probe> visitor;
-  // Pools fill, and gRPC starts and ends threads of its pool with its load.
+  // Pools fill, and gRPC starts and ends threads of its pool with its load: as many as at most in the first hours may be there at
+  // some of the last looks, and what leaks is there at all of them.
   constexpr std::uint64_t kSettling = 3;
-  Held settled, half, most;
+  Held settled, half, most, last;
   for (std::uint64_t n = 1; n <= frames; ++n) {
     Descriptor d = at_frame(n);
     if (const Status s = publisher.publish(d); !s.ok()) fail(s.message());
@@ -142,12 +145,13 @@ int main(int argc, char** argv) {
     if (n <= kSettling * hour) settled = settled.largest(now);
     if (n / hour == static_cast<std::uint64_t>(hours / 2)) half = now;
     most = most.largest(now);
+    last = n > frames - kSettling * hour && last.threads > 0 ? now.fewest(last) : now;
     std::fprintf(stderr, "measure_day: hour %llu, %.0f kB\n", static_cast<unsigned long long>(n / hour), now.rss_kb);
   }
   settled.print("settled");
   half.print("half");
   most.print("largest");
-  Held::now().print("last");
+  last.print("last");
   print("published", static_cast<double>(frames));
   print("received", static_cast<double>(stays->stats().received));
   print("coalesced", static_cast<double>(publisher.counters().coalesced));
