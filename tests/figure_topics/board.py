@@ -12,13 +12,15 @@ REAL = ("arm64 Debian kernel, systemd, uvcvideo and network in QEMU (TCG); simul
 
 def measure(_programs, say):
     # The order of a published run is the same for everybody.
-    say("hil/run --seed 1 (a quarter of an hour)")
+    say("hil/run --seed 1 (twenty minutes)")
     done = subprocess.run([ROOT / "hil/run", "--seed", "1", "--json"], stdout=subprocess.PIPE, text=True)
     if done.returncode not in (0, 1):
         why = "SKIP: this machine cannot run the board" if done.returncode == 77 else f"hil/run ended with {done.returncode}"
         return [{"name": "hil/run", "asked": "a whole run", "measured": why, "unit": "", "holds": False, "real": REAL}]
-    rows = []
-    for test in json.loads(done.stdout):
+    tests = json.loads(done.stdout)
+    rows = [{"name": "the whole roster, without building", "asked": "<= 1200", "measured": sum(test["seconds"] for test in tests), "unit": "s",
+             "holds": sum(test["seconds"] for test in tests) <= 1200, "real": REAL}]
+    for test in tests:
         rows += [{"name": f"{test['test']}: {figure['name']}", "asked": figure["asked"] or "reported", "measured": figure["measured"],
                   "unit": figure["unit"], "holds": figure["holds"], "real": REAL} for figure in test["figures"]]
         if not test["good"]:

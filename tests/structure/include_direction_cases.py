@@ -54,6 +54,7 @@ CLEAN = {
     "host_sdk/src/core/link_usb.cpp": ["<libusb-1.0/libusb.h>"],
     "proto/src/mqtt_session.cpp": ["<mosquitto.h>", "<mqtt_protocol.h>"],
     "host_sdk/src/core/discover_mdns.cpp": ["<avahi-client/lookup.h>"],
+    "host_sdk/src/core/mdns_host.cpp": ["<avahi-client/lookup.h>"],
     "host_sdk/src/field/fit.cpp": ["<ceres/ceres.h>", '"core/store.hpp"', "<opencv2/core.hpp>"],
     "host_sdk/src/field/fit.hpp": [],
     "host_sdk/examples/openxr_light/xr_app.hpp": ["<openxr/openxr.h>", "<lightwell/probe.hpp>"],
