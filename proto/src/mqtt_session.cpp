@@ -42,8 +42,8 @@ struct PropertyBytes {
 /// 8446 and 5246), where that is read; by a write that fails ("Protocol error" is the library's word for it) or a reset, where it is
 /// not. Which of them comes first is a race, so each gets the remedy.
 bool may_want_a_certificate(const std::string& why) {
-  for (const char* sign : {"certificate required", "handshake failure", "OpenSSL Error", "connection to the broker was lost"})
-    if (why.find(sign) != std::string::npos && why.find("verify failed") == std::string::npos) return true;
+  for (const char* sign : {"certificate required", "handshake failure", "connection to the broker was lost"})
+    if (why.find(sign) != std::string::npos) return true;
   for (const int error : {EPROTO, ECONNRESET, EPIPE, ECONNABORTED})
     if (why == std::strerror(error)) return true;
   return why == mosquitto_strerror(MOSQ_ERR_CONN_LOST) || why == mosquitto_strerror(MOSQ_ERR_TLS);

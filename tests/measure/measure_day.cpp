@@ -1,8 +1,8 @@
 // A day of a probe in minutes: as many descriptors as 30 a second make in 24 hours go from a real publisher over real gRPC to
 // real clients, one of which stays and others of which come and go; stamps advance by a thirtieth of a second each. Prints
-// what the process holds in the first three hours at most, at the end (of threads and handles the fewest of the last three hours), and
+// what the process holds in the first three hours at most, at the end (of threads and handles the fewest at the last three hours' ends), and
 // at most in between: one JSON object a line for tests/figures (figure, value).
-//   measure_day [--hours H] [--links grpc]      24 hours
+//   measure_day [--hours H]      24
 //     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads...; received, coalesced, reconnects
 #include <dirent.h>
 #include <unistd.h>
@@ -145,7 +145,7 @@ int main(int argc, char** argv) {
     if (n <= kSettling * hour) settled = settled.largest(now);
     if (n / hour == static_cast<std::uint64_t>(hours / 2)) half = now;
     most = most.largest(now);
-    last = n > frames - kSettling * hour && last.threads > 0 ? now.fewest(last) : now;
+    last = n > frames - (kSettling - 1) * hour ? now.fewest(last) : now;
     std::fprintf(stderr, "measure_day: hour %llu, %.0f kB\n", static_cast<unsigned long long>(n / hour), now.rss_kb);
   }
   settled.print("settled");

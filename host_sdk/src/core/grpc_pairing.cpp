@@ -1,7 +1,6 @@
 // The client's side of a pairing: proto/lightwell/v1/pairing.proto.
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <memory>
 #include <unistd.h>
 #include <utility>
@@ -64,7 +63,7 @@ class Conversation {
   Conversation(const core::GrpcAddress& address, const PairOptions& options, PairingExchange exchange)
       : options_(options),
         exchange_(std::move(exchange)),
-        stub_(core::new_channel(address.host_port, core::stranger_credentials(), never_)) {}
+        stub_(core::new_channel(address.host_port, core::stranger_credentials())) {}
 
   Status begin() {
     v1::PairBeginRequest request;
@@ -101,7 +100,6 @@ class Conversation {
   }
 
  private:
-  const std::atomic<bool> never_{false};
   const PairOptions& options_;
   PairingExchange exchange_;
   v1::PairingService::Stub stub_;

@@ -97,7 +97,7 @@ class GrpcSource final : public Source {
 
   /// One connection until its end; true where it got as far as the stream.
   bool converse() {
-    const std::shared_ptr<grpc::Channel> channel = new_channel(host_port_, credentials_, stopping_);
+    const std::shared_ptr<grpc::Channel> channel = new_channel(host_port_, credentials_, &stopping_);
     {
       const std::lock_guard lock(channel_mutex_);
       channel_ = channel;

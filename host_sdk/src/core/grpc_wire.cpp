@@ -59,7 +59,7 @@ gpr_timespec deadline_after(Duration from_now) {
 
 std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port,
                                            const std::shared_ptr<grpc::ChannelCredentials>& credentials,
-                                           const std::atomic<bool>& stopping) {
+                                           const std::atomic<bool>* stopping) {
   std::string target = host_port;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);

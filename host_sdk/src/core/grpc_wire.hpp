@@ -25,11 +25,11 @@ namespace lightwell::core {
 [[nodiscard]] gpr_timespec deadline_after(Duration from_now);
 
 /// One new TCP connection, whatever channels there were before: a dead connection is not found
-/// again. A name in .local is asked for by multicast DNS, which takes a second at most and ends early once `stopping`; where nobody
+/// again. A name in .local is asked for by multicast DNS, which takes a second at most and ends early once `*stopping`; where nobody
 /// answers to that, DNS is asked as for any name. Certificates are judged by the name.
 [[nodiscard]] std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port,
                                                          const std::shared_ptr<grpc::ChannelCredentials>& credentials,
-                                                         const std::atomic<bool>& stopping);
+                                                         const std::atomic<bool>* stopping = nullptr);
 
 /// The code that lies nearest, and gRPC's message.
 [[nodiscard]] Status status_of(const grpc::Status& status);

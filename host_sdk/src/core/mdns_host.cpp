@@ -82,7 +82,7 @@ struct Answers {
 
 }  // namespace
 
-std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>& stopping) {
+std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>* stopping) {
   const std::string host(host_of(host_port)), port = host_port.substr(host_port.rfind(':'));
   Answers answers;
   const std::unique_ptr<AvahiSimplePoll, FreePoll> poll(avahi_simple_poll_new());
@@ -96,7 +96,8 @@ std::optional<std::string> mdns_address(const std::string& host_port, const std:
       ++answers.open;
   const std::int64_t begin = monotonic_now_ns();
   std::int64_t end = begin + kPatience.ns;
-  while (!stopping && !answers.gone && answers.v4.empty() && answers.open > 0 && monotonic_now_ns() < end) {
+  const auto stopped = [stopping] { return stopping != nullptr && *stopping; };
+  while (!stopped() && !answers.gone && answers.v4.empty() && answers.open > 0 && monotonic_now_ns() < end) {
     if (avahi_simple_poll_iterate(poll.get(), 20) != 0) break;
     if (!answers.v6.empty()) end = std::min(end, begin + kOtherFamily.ns);
   }
@@ -105,7 +106,7 @@ std::optional<std::string> mdns_address(const std::string& host_port, const std:
   return std::nullopt;
 }
 #else
-std::optional<std::string> mdns_address(const std::string&, const std::atomic<bool>&) { return std::nullopt; }
+std::optional<std::string> mdns_address(const std::string&, const std::atomic<bool>*) { return std::nullopt; }
 #endif
 
 }  // namespace lightwell::core

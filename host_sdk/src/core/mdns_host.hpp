@@ -11,7 +11,7 @@ namespace lightwell::core {
 [[nodiscard]] bool is_mdns_name(const std::string& host_port);
 
 /// "host:port" with the address that the machine has now, IPv4 where it has both; ask again for the next connection. Nothing where none
-/// answers within a second, where this machine cannot ask (no avahi-daemon, built without Avahi), or once `stopping`.
-[[nodiscard]] std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>& stopping);
+/// answers within a second, where this machine cannot ask (no avahi-daemon, built without Avahi), or once `*stopping`, if there is one.
+[[nodiscard]] std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>* stopping);
 
 }  // namespace lightwell::core
