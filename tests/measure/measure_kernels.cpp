@@ -11,7 +11,7 @@
 
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/code_pass.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/oracle_cases.hpp"
 

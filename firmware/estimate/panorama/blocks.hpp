@@ -6,45 +6,11 @@
 #include <vector>
 
 #include "calibration/lens_table.hpp"
+#include "estimate/common/block_layout.hpp"
 #include "estimate/common/cells.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 
 namespace lightwell::estimate {
-
-/// Where the blocks of a rig lie. Block k of all lenses together is cell k of the grid.
-class BlockLayout {
- public:
-  /// Blocks of `edge` pixels, a power of two; the last of a row or column may be smaller.
-  BlockLayout(const RigTable& table, int edge);
-
-  struct Place {
-    int lens = 0, x = 0, y = 0, width = 0, height = 0;  ///< In pixels.
-  };
-  [[nodiscard]] const Place& place(std::size_t block) const { return places_[block]; }
-  [[nodiscard]] std::size_t block_of(int lens, int x, int y) const {
-    const Lens& l = lenses_[static_cast<std::size_t>(lens)];
-    return l.first + static_cast<std::size_t>(y >> shift_) * static_cast<std::size_t>(l.columns) + static_cast<std::size_t>(x >> shift_);
-  }
-  [[nodiscard]] std::size_t size() const { return total_; }
-  [[nodiscard]] int edge() const { return edge_; }
-  [[nodiscard]] int shift() const { return shift_; }  ///< edge() is 1 << shift().
-  [[nodiscard]] int columns(int lens) const { return lenses_[static_cast<std::size_t>(lens)].columns; }
-  [[nodiscard]] std::size_t first(int lens) const { return lenses_[static_cast<std::size_t>(lens)].first; }
-  [[nodiscard]] int lens_count() const { return static_cast<int>(lenses_.size()); }
-
-  /// The grid of cells that these blocks are.
-  [[nodiscard]] CellGrid make_grid(const RigTable& table) const;
-
- private:
-  struct Lens {
-    int width, height, columns, rows;
-    std::size_t first;
-  };
-  std::vector<Lens> lenses_;
-  std::vector<Place> places_;
-  int edge_, shift_;
-  std::size_t total_ = 0;
-};
 
 /// What the pass leaves of a bracket.
 struct BlockSums {

@@ -9,7 +9,7 @@
 
 #include "calibration/lens_table.hpp"
 #include "estimate/panorama/blocks.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 
 namespace lightwell::estimate {
 

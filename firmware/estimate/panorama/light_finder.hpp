@@ -23,7 +23,7 @@
 #include "estimate/panorama/block_flood.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bright_pixels.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 
 namespace lightwell::estimate {
 

@@ -17,7 +17,7 @@
 #include "estimate/common/spectrum.hpp"
 #include "estimate/panorama/clipped_lights.hpp"
 #include "estimate/panorama/row_profiler.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/stage.hpp"
 
 namespace lightwell {

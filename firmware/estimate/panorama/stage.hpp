@@ -10,7 +10,7 @@
 #include "estimate/panorama/bracket_pass.hpp"
 #include "estimate/panorama/code_pass.hpp"
 #include "estimate/panorama/light_finder.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/unseen.hpp"
 
 namespace lightwell::estimate {

@@ -10,7 +10,7 @@
 
 #include "firmware/estimate/each_target.hpp"
 #include "estimate/panorama/kernels/block_light.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 
 namespace lightwell::estimate {
 namespace {

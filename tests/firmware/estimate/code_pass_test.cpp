@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "firmware/estimate/each_target.hpp"
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 #include "firmware/estimate/oracle_cases.hpp"
 
 namespace lightwell::estimate {

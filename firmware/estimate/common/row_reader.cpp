@@ -1,4 +1,4 @@
-#include "estimate/panorama/row_reader.hpp"
+#include "estimate/common/row_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <string>
 
 #include "calibration/response.hpp"
-#include "estimate/panorama/blocks.hpp"
+#include "estimate/common/block_layout.hpp"
 
 namespace lightwell::estimate {
 namespace {
