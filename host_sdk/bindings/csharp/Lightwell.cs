@@ -43,7 +43,7 @@ namespace Lightwell
     public enum LightFlags : uint
     {
         Unseen = 1 << 1, Clipped = 1 << 2, Cleaned = 1 << 3, Dark = 1 << 4, Moved = 1 << 5, Filled = 1 << 6,
-        Recovered = 1 << 7, Newer = 1u << 31
+        Recovered = 1 << 7, Unsure = 1 << 8, Newer = 1u << 31
     }
 
     /// <summary>How an answer came about: of one descriptor, between two, beyond the newest with its lights moved on, or

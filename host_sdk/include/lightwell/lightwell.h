@@ -92,7 +92,8 @@ enum {
   LW_FLAG_DARK = 1 << 4,     /* Nothing but darkness: no relative error can be stated. */
   LW_FLAG_MOVED = 1 << 5,    /* Something moved between the exposures of a bracket. */
   LW_FLAG_FILLED = 1 << 6,   /* What no pixel sees was filled in by choice; no bound speaks of it. */
-  LW_FLAG_RECOVERED = 1 << 7 /* The energy of saturated pixels was recovered from a reading. */
+  LW_FLAG_RECOVERED = 1 << 7, /* The energy of saturated pixels was recovered from a reading. */
+  LW_FLAG_UNSURE = 1 << 8 /* What was seen fits several lights: the strongest's direction is not known well, or at all. */
 };
 /* The probe gave a reason that this version has no name for. No enumerator: in C those are of type int. */
 #define LW_FLAG_NEWER 0x80000000

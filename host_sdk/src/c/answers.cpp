@@ -19,7 +19,8 @@ constexpr std::uint32_t bit(Flag flag) { return 1U << static_cast<unsigned>(flag
 static_assert(LW_FLAG_UNSEEN == bit(Flag::unseen) && LW_FLAG_CLIPPED == bit(Flag::clipped) &&
               LW_FLAG_CLEANED == bit(Flag::cleaned) && LW_FLAG_DARK == bit(Flag::dark) &&
               LW_FLAG_MOVED == bit(Flag::moved) && LW_FLAG_FILLED == bit(Flag::filled) &&
-              LW_FLAG_RECOVERED == bit(Flag::recovered) && LW_FLAG_NEWER == bit(Flag::newer));
+              LW_FLAG_RECOVERED == bit(Flag::recovered) && LW_FLAG_UNSURE == bit(Flag::unsure) &&
+              LW_FLAG_NEWER == bit(Flag::newer));
 
 }  // namespace
 

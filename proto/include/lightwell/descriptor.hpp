@@ -45,13 +45,14 @@ enum class Flag : std::uint8_t {
   moved = 5,    ///< Something moved between the exposures of a bracket; there the light is that of the shortest, and of those that agree with it.
   filled = 6,   ///< What no pixel sees was filled in by choice; no bound speaks of it.
   recovered = 7,  ///< The energy of saturated pixels was recovered from a meter's or a grey patch's reading.
+  unsure = 8,  ///< What was seen fits several lights: the strongest's covariance is wide, or it was not seen at all.
   newer = 31,     ///< Of a reader alone: the probe gave a reason that this version has no name for.
 };
 /// Those of the wire.
 inline constexpr std::array kWireFlags = {Flag::unseen, Flag::clipped, Flag::cleaned,  Flag::dark,
-                                          Flag::moved,  Flag::filled,  Flag::recovered};
+                                          Flag::moved,  Flag::filled,  Flag::recovered, Flag::unsure};
 inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned,   Flag::dark,
-                                      Flag::moved,  Flag::filled,  Flag::recovered, Flag::newer};
+                                      Flag::moved,  Flag::filled,  Flag::recovered, Flag::unsure, Flag::newer};
 
 [[nodiscard]] constexpr std::string_view to_string(Flag flag) {
   switch (flag) {
@@ -62,6 +63,7 @@ inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned
     case Flag::moved: return "moved";
     case Flag::filled: return "filled";
     case Flag::recovered: return "recovered";
+    case Flag::unsure: return "unsure";
     case Flag::newer: return "newer";
   }
   return "unknown";

@@ -58,6 +58,7 @@ class Flag(IntFlag):
     MOVED = 1 << 5
     FILLED = 1 << 6
     RECOVERED = 1 << 7
+    UNSURE = 1 << 8
     NEWER = 1 << 31
 
 

@@ -11,9 +11,9 @@ export const maxBand = 6;
 export const maxLights = 64;
 
 export type Units = "relative" | "absolute";
-export type Flag = "unseen" | "clipped" | "cleaned" | "dark" | "moved" | "filled" | "recovered" |
+export type Flag = "unseen" | "clipped" | "cleaned" | "dark" | "moved" | "filled" | "recovered" | "unsure" |
   "newer"; // The probe gave a reason that this version has no name for.
-const wireFlags: readonly Flag[] = ["unseen", "clipped", "cleaned", "dark", "moved", "filled", "recovered"];
+const wireFlags: readonly Flag[] = ["unseen", "clipped", "cleaned", "dark", "moved", "filled", "recovered", "unsure"];
 export type Setting = "fast" | "balanced" | "exact";
 export type Flicker = "unknown" | "none" | "100 Hz" | "120 Hz";
 
