@@ -1,0 +1,28 @@
+// Where the body is, as a value: what the estimator asks of whoever knows AprilTags.
+#pragma once
+
+#include <optional>
+
+#include <lightwell/result.hpp>
+#include <lightwell/uncertain_pose.hpp>
+
+#include "camera/frame.hpp"
+
+namespace lightwell {
+
+struct FoundBody {
+  UncertainPose probe_body;  ///< T_probe_body.
+  int tags = 0;              ///< That agree with it.
+  bool ambiguous = false;    ///< Another attitude explains the tags nearly as well.
+};
+
+/// Told of every picture in the order of time. One thread.
+class BodyFinder {
+ public:
+  virtual ~BodyFinder() = default;
+
+  /// Nothing where the body is not in the picture. invalid_argument: a picture that cannot be read.
+  [[nodiscard]] virtual Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) = 0;
+};
+
+}  // namespace lightwell

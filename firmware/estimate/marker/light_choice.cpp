@@ -1,0 +1,380 @@
+#include "estimate/marker/light_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include <Eigen/Eigenvalues>
+
+#include "estimate/marker/light_search.hpp"
+
+namespace lightwell::marker {
+namespace {
+
+/// Of the samples, at most so many may be something else; more, and the model is what is wrong.
+constexpr double kMostLeftOut = 0.35;
+/// The table is one plane of one colour where its samples differ from the model by no more than so many deviations, RMS,
+constexpr double kTableFits = 2.0;
+/// and it shows a shadow where that explains so much more than none (a difference of chi squares).
+constexpr double kShadowShows = 30;
+/// A lamp is one where it gives at least this share of the mean irradiance.
+constexpr double kFaintest = 0.04;
+/// Where a lamp's distance is begun at least, 1/m: at infinity its derivative tells least.
+constexpr double kFirstInverse = 0.5;
+/// A sample that differs from its face's slope by more than this share of it, and by more than four times what the others do, is something else.
+constexpr double kOffPlane = 0.03;
+
+double luminance(const Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
+struct Sought {
+  Fit best;
+  std::vector<Fit> others;
+};
+
+class Chooser {
+ public:
+  Chooser(const Observations& seen, const std::vector<Vec3d>& hull, const ChoiceOptions& options, Witness witness)
+      : seen_(seen), hull_(hull), options_(options), witness_(witness), search_(seen, hull, options.fit) {}
+
+  [[nodiscard]] Sought seek(const std::vector<Lamp>& before) {
+    take(fit_lamps(seen_, {}, {}, witness_, hull_, options_.fit));
+    if (options_.most_lamps >= 1 && worth_more()) {
+      for (const LightSearch::Candidate& one : search_.singles(3, witness_)) try_places(one.lamps);
+      simplify(1);
+    }
+    if (!before.empty() && before.size() <= static_cast<std::size_t>(options_.most_lamps)) {
+      try_places(before);
+      simplify(before.size());
+    }
+    if (options_.most_lamps >= 2 && worth_more()) {
+      for (const LightSearch::Candidate& two : search_.pairs(3)) try_places(two.lamps);
+      if (best().model.lamps.size() == 1) try_beside(best().model.lamps);
+      simplify(2);
+    }
+    for (std::size_t count = 3; count <= static_cast<std::size_t>(options_.most_lamps) && worth_more(); ++count) {
+      if (best().model.lamps.size() + 1 < count) break;
+      try_beside(best().model.lamps);
+      simplify(count);
+    }
+    Sought out{best(), {}};
+    for (std::size_t i = 0; i < fits_.size(); ++i)
+      if (i != best_) out.others.push_back(fits_[i]);
+    return out;
+  }
+
+  [[nodiscard]] LightSearch& search() { return search_; }
+
+ private:
+  [[nodiscard]] const Fit& best() const { return fits_[best_]; }
+
+  /// Whether another lamp could pay for its parameters.
+  [[nodiscard]] bool worth_more() const {
+    const double price = (2 + seen_.channels()) * std::log(std::max(best().observations, 2));
+    return best().chi_square > price;
+  }
+
+  void take(Fit fit) {
+    for (const Lamp& lamp : fit.model.lamps)
+      if (luminance(lamp.irradiance) < kFaintest * seen_.mean(0)) return;
+    fits_.push_back(std::move(fit));
+    if (fits_.size() == 1 || fits_.back().bic() < best().bic()) best_ = fits_.size() - 1;
+  }
+
+  /// From these places, each lamp as near as it likes.
+  void try_places(std::vector<Lamp> lamps) {
+    for (Lamp& lamp : lamps) lamp.inverse_distance = std::max(lamp.inverse_distance, kFirstInverse);
+    const std::vector<Distance> free(lamps.size(), Distance::free);
+    take(fit_lamps(seen_, std::move(lamps), free, witness_, hull_, options_.fit));
+  }
+
+  /// The best fit of so many lamps again with all of them, and each one, infinitely far: what a distance does not pay for is distant.
+  void simplify(std::size_t count) {
+    const Fit* of_count = nullptr;
+    for (const Fit& fit : fits_)
+      if (fit.model.lamps.size() == count && (of_count == nullptr || fit.chi_square < of_count->chi_square)) of_count = &fit;
+    if (of_count == nullptr) return;
+    const std::vector<Lamp> lamps = of_count->model.lamps;
+    const auto with = [&](std::vector<Distance> distances) {
+      std::vector<Lamp> start = lamps;
+      for (std::size_t k = 0; k < count; ++k)
+        if (distances[k] == Distance::infinite) start[k].inverse_distance = 0;
+      take(fit_lamps(seen_, start, distances, witness_, hull_, options_.fit));
+    };
+    with(std::vector<Distance>(count, Distance::infinite));
+    if (count < 2) return;
+    for (std::size_t k = 0; k < count; ++k) {
+      std::vector<Distance> one(count, Distance::infinite);
+      one[k] = Distance::free;
+      with(one);
+    }
+  }
+
+  void try_beside(std::vector<Lamp> lamps) {
+    for (const LightSearch::Candidate& one : search_.singles(2, Witness::faces, lamps)) {
+      std::vector<Lamp> more = lamps;
+      more.push_back(one.lamps[0]);
+      try_places(more);
+    }
+  }
+
+  const Observations& seen_;
+  const std::vector<Vec3d>& hull_;
+  const ChoiceOptions& options_;
+  Witness witness_;
+  LightSearch search_;
+  std::vector<Fit> fits_;
+  std::size_t best_ = 0;
+};
+
+/// From unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
+Eigen::Vector2d turn_of(Vec3d from, Vec3d to) {
+  const auto [u, v] = tangent_basis(from);
+  const double angle = angle_between(from, to), x = dot(to, u), y = dot(to, v), across = std::hypot(x, y);
+  if (!(across > 0)) return {angle, 0};
+  return {x / across * angle, y / across * angle};
+}
+
+std::size_t strongest(const LightModel& model) {
+  std::size_t out = 0;
+  for (std::size_t k = 1; k < model.lamps.size(); ++k)
+    if (luminance(model.lamps[k].irradiance) > luminance(model.lamps[out].irradiance)) out = k;
+  return out;
+}
+
+/// The covariance of one lamp's direction with all else in it that explains what was seen: other places on the sphere, other models.
+Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& search, Witness witness) {
+  const Fit& best = sought.best;
+  const Vec3d direction = best.model.lamps[which].direction;
+  const Eigen::Matrix2d own = best.covariance[which].topLeftCorner<2, 2>();
+
+  std::vector<Lamp> beside = best.model.lamps;
+  beside.erase(beside.begin() + static_cast<std::ptrdiff_t>(which));
+  const Witness told = beside.empty() ? witness : Witness::faces;
+  const LightSearch::Landscape map = search.landscape(told, beside);
+  // The landscape knows no bounds and, beside other lamps, no table: measured from its own lowest place, if that is lower.
+  double lowest = best.chi_square;
+  if (told != witness) lowest = 1e300;
+  for (const double chi : map.chi_square) lowest = std::min(lowest, chi);
+  double mass = 2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18));
+  Eigen::Matrix2d spread = mass * own;
+  for (std::size_t i = 0; i < map.directions.size(); ++i) {
+    const double weight = map.solid_angle * std::exp(-(map.chi_square[i] - lowest) / 2);
+    if (weight < 1e-9) continue;
+    const Eigen::Vector2d turn = turn_of(direction, map.directions[i]);
+    spread += weight * turn * turn.transpose();
+    mass += weight;
+  }
+  spread /= mass;
+
+  double models = 1;
+  Eigen::Matrix2d other = spread;
+  for (const Fit& fit : sought.others) {
+    if (fit.model.lamps.empty()) continue;
+    const double weight = std::exp(-(fit.bic() - best.bic()) / 2);
+    if (weight < 1e-6) continue;
+    // The same lamp in the other model: the strongest of it for the strongest, else the nearest.
+    std::size_t same = strongest(fit.model);
+    if (which != strongest(best.model))
+      for (std::size_t k = 0; k < fit.model.lamps.size(); ++k)
+        if (angle_between(direction, fit.model.lamps[k].direction) < angle_between(direction, fit.model.lamps[same].direction)) same = k;
+    const Eigen::Vector2d turn = turn_of(direction, fit.model.lamps[same].direction);
+    other += weight * (spread + turn * turn.transpose());
+    models += weight;
+  }
+  return other / models;
+}
+
+Shading without(const Shading& shading, const Observations& seen, const Fit& fit, const ChoiceOptions& options, int& left_out) {
+  Shading out = shading;
+  out.samples.clear();
+  const std::vector<double> of_faces = deviations_from(seen, fit.model);
+  const auto most = static_cast<std::size_t>(kMostLeftOut * static_cast<double>(of_faces.size()));
+  std::vector<double> sorted;
+  for (const double d : of_faces) sorted.push_back(std::abs(d));
+  std::sort(sorted.begin(), sorted.end(), std::greater<>());
+  const double bound = std::max(options.outlier, sorted.empty() ? 0.0 : sorted[most]);
+  for (std::size_t i = 0; i < of_faces.size(); ++i)
+    if (std::abs(of_faces[i]) <= bound) out.samples.push_back(seen.of_faces()[i]);
+  left_out = static_cast<int>(of_faces.size() - out.samples.size());
+  if (shading.table && fit.table) {
+    const std::vector<double> of_table = table_deviations_from(seen, fit, shading.hull);
+    out.table->samples.clear();
+    for (std::size_t i = 0; i < of_table.size(); ++i)
+      if (std::abs(of_table[i]) <= options.outlier) out.table->samples.push_back(shading.table->samples[i]);
+  }
+  return out;
+}
+
+double rms(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v * v;
+  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+/// Whether the table's samples say where a lamp is: they fit a shadow, and without one they do not.
+bool shadow_shows(const Observations& seen, const Fit& fit, const std::vector<Vec3d>& hull) {
+  if (!fit.table || fit.model.lamps.empty() || seen.table()->size() < 30) return false;
+  const std::vector<double> with = table_deviations_from(seen, fit, hull);
+  if (rms(with) > kTableFits) return false;
+  const Fit none = fit_lamps(seen, {}, {}, Witness::faces_and_table, hull, {});
+  const std::vector<double> plain = table_deviations_from(seen, none, hull);
+  double gain = 0;
+  for (std::size_t i = 0; i < with.size(); ++i) gain += plain[i] * plain[i] - with[i] * with[i];
+  return gain > kShadowShows;
+}
+
+/// A face without what lies over a part of it: light changes along a face like a plane, and most of its samples agree on one. The plane
+/// through three samples from which the median differs least (Rousseeuw 1984, least median of squares).
+void leave_out_covered(Shading& shading, int& left_out) {
+  std::vector<SurfaceSample> kept;
+  for (std::size_t begin = 0; begin < shading.samples.size();) {
+    std::size_t end = begin;
+    while (end < shading.samples.size() && shading.samples[end].surface == shading.samples[begin].surface) ++end;
+    const std::span<const SurfaceSample> face(shading.samples.data() + begin, end - begin);
+    begin = end;
+    const Vec3d normal = face[0].normal;
+    const bool flat = std::all_of(face.begin(), face.end(), [&](const SurfaceSample& s) { return dot(s.normal, normal) > 0.9999; });
+    if (!flat || face.size() < 6) {
+      kept.insert(kept.end(), face.begin(), face.end());
+      continue;
+    }
+    const auto [u, v] = tangent_basis(normal);
+    struct Point {
+      double u, v, value;
+    };
+    std::vector<Point> points;
+    for (const SurfaceSample& s : face)
+      points.push_back({dot(s.position, u), dot(s.position, v), (s.irradiance[0] + s.irradiance[1] + s.irradiance[2]) / 3});
+    std::vector<double> rest(points.size()), best(points.size(), 0), sorted;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t j = i + 1; j < points.size(); ++j)
+        for (std::size_t k = j + 1; k < points.size(); ++k) {
+          const Point &a = points[i], &b = points[j], &c = points[k];
+          const double bu = b.u - a.u, bv = b.v - a.v, cu = c.u - a.u, cv = c.v - a.v, det = bu * cv - bv * cu;
+          if (std::abs(det) < 0.1 * (bu * bu + bv * bv)) continue;
+          const double gu = ((b.value - a.value) * cv - (c.value - a.value) * bv) / det;
+          const double gv = ((c.value - a.value) * bu - (b.value - a.value) * cu) / det;
+          for (std::size_t n = 0; n < points.size(); ++n)
+            rest[n] = std::abs(points[n].value - a.value - gu * (points[n].u - a.u) - gv * (points[n].v - a.v));
+          sorted = rest;
+          const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+          std::nth_element(sorted.begin(), middle, sorted.end());
+          if (*middle < least) least = *middle, best = rest;
+        }
+    sorted.clear();
+    for (const Point& p : points) sorted.push_back(p.value);
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double bound = std::max(kOffPlane * std::abs(*middle), 4 * 1.4826 * least);
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      if (!(best[n] > bound + 4 * (face[n].sigma[0] + face[n].sigma[1] + face[n].sigma[2]) / 3))
+        kept.push_back(face[n]);
+      else
+        ++left_out;
+    }
+  }
+  shading.samples = std::move(kept);
+}
+
+/// In units in which the mean irradiance is one, and the table's mean radiance too: what a fit compares numbers with has a size.
+struct Scaled {
+  Shading shading;
+  double irradiance = 0;  ///< One of those units.
+
+  explicit Scaled(const Shading& from) : shading(from) {
+    double sum = 0, table = 0;
+    for (const SurfaceSample& s : from.samples) sum += (s.irradiance[0] + s.irradiance[1] + s.irradiance[2]) / 3;
+    if (!from.samples.empty()) irradiance = sum / static_cast<double>(from.samples.size());
+    if (!(irradiance > 0) || !std::isfinite(irradiance)) {
+      irradiance = 0;
+      return;
+    }
+    for (SurfaceSample& s : shading.samples)
+      for (std::size_t c = 0; c < 3; ++c) s.irradiance[c] /= irradiance, s.sigma[c] /= irradiance;
+    if (!shading.table) return;
+    for (const TableSample& t : shading.table->samples) table += t.radiance / static_cast<double>(shading.table->samples.size());
+    if (!(table > 0) || !std::isfinite(table)) {
+      shading.table.reset();
+      return;
+    }
+    for (TableSample& t : shading.table->samples) t.radiance /= table, t.sigma /= table;
+  }
+};
+
+ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const std::vector<Lamp>& before) {
+  ChosenLight out;
+  Shading kept = shading;
+  Witness witness = shading.table && !shading.table->samples.empty() ? Witness::faces_and_table : Witness::faces;
+  std::vector<Lamp> start = before;
+  for (int round = 0;; ++round) {
+    const Observations seen(kept, options.errors);
+    Chooser chooser(seen, kept.hull, options, witness);
+    const Sought sought = chooser.seek(start);
+    const Fit& best = sought.best;
+    int left_out = 0;
+    if (round < 2) {
+      Shading fewer = without(kept, seen, best, options, left_out);
+      const bool table_thinner = kept.table && fewer.table && fewer.table->samples.size() < kept.table->samples.size();
+      if (left_out > 0 || (round == 0 && table_thinner)) {
+        out.left_out += left_out;
+        kept = std::move(fewer);
+        start = best.model.lamps;
+        continue;
+      }
+    }
+    if (witness == Witness::faces_and_table && !shadow_shows(seen, best, kept.hull)) {
+      // What does not look like a table with a shadow is no witness; the faces are asked alone, all of them.
+      witness = Witness::faces;
+      kept = shading;
+      out.left_out = 0;
+      start = before;
+      round = -1;
+      continue;
+    }
+    out.used = seen.samples();
+    out.shadow = witness == Witness::faces_and_table;
+    out.ambient = best.model.ambient;
+    out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
+    for (std::size_t k = 0; k < best.model.lamps.size(); ++k) {
+      ChosenLamp lamp;
+      lamp.lamp = best.model.lamps[k];
+      const Eigen::Matrix2d covariance = widened(sought, k, chooser.search(), witness);
+      lamp.direction_covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1)};
+      const double worst = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()[1]);
+      lamp.unsure = !(worst <= options.unsure_rad);
+      const double sigma = std::sqrt(best.covariance[k](2, 2));
+      lamp.near = best.distances[k] == Distance::free && lamp.lamp.inverse_distance > 2 * sigma;
+      lamp.inverse_distance_sigma =
+          best.distances[k] == Distance::free ? sigma : std::numeric_limits<double>::infinity();
+      out.lamps.push_back(lamp);
+    }
+    std::sort(out.lamps.begin(), out.lamps.end(), [](const ChosenLamp& a, const ChosenLamp& b) {
+      return luminance(a.lamp.irradiance) > luminance(b.lamp.irradiance);
+    });
+    out.unsure = out.lamps.empty() || out.lamps[0].unsure;
+    return out;
+  }
+}
+
+}  // namespace
+
+ChosenLight choose_light(const Shading& shading, const ChoiceOptions& options, const std::vector<Lamp>& before) {
+  Scaled scaled(shading);
+  ChosenLight out;
+  out.unsure = true;
+  if (!(scaled.irradiance > 0)) return out;
+  int covered = 0;
+  leave_out_covered(scaled.shading, covered);
+  out = choose(scaled.shading, options, before);
+  out.left_out += covered;
+  for (Rgb& coefficient : out.ambient)
+    for (double& v : coefficient) v *= scaled.irradiance;
+  for (ChosenLamp& lamp : out.lamps)
+    for (double& v : lamp.lamp.irradiance) v *= scaled.irradiance;
+  return out;
+}
+
+}  // namespace lightwell::marker

@@ -1,0 +1,44 @@
+// Which light the marker tells of: as many lamps as it takes, near where that shows, and how sure all of it is.
+//   ChoiceOptions, ChosenLight, choose_light
+#pragma once
+
+#include <vector>
+
+#include "estimate/marker/light_fit.hpp"
+#include "estimate/marker/observations.hpp"
+
+namespace lightwell::marker {
+
+struct ChoiceOptions {
+  ErrorModel errors;
+  FitOptions fit;
+  int most_lamps = 3;
+  /// A lamp whose direction is less sure than this (standard deviation along the worse axis) is called so.
+  double unsure_rad = 0.15;
+  /// Samples further from the model than so many standard deviations are something else (another object, its shadow).
+  double outlier = 4.5;
+};
+
+struct ChosenLamp {
+  Lamp lamp;
+  /// In tangent_basis(direction), rad²; other models and places that explain what was seen as well are in it.
+  std::array<double, 3> direction_covariance{};  ///< u·u, u·v, v·v
+  double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not told.
+  bool near = false;                             ///< Whether the distance shows.
+  bool unsure = false;                           ///< Whether the direction does not.
+};
+
+struct ChosenLight {
+  std::array<Rgb, 4> ambient{};
+  std::vector<ChosenLamp> lamps;  ///< Strongest first.
+  double chi_square = 0;          ///< Over the degrees of freedom.
+  bool shadow = false;            ///< Whether the table's shadow was a witness.
+  bool unsure = false;            ///< Whether several lights would explain what was seen equally well.
+  int left_out = 0;               ///< Samples that were something else.
+  int used = 0;
+};
+
+/// `before`: the lamps of the frame before, where there was one. With nothing seen: no lamps, unsure.
+[[nodiscard]] ChosenLight choose_light(const Shading& shading, const ChoiceOptions& options, const std::vector<Lamp>& before = {});
+
+}  // namespace lightwell::marker

@@ -1,0 +1,54 @@
+// Lamps in their best places: from a start to the least squares, with covariance (Ceres).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimate/marker/light_model.hpp"
+#include "estimate/marker/observations.hpp"
+
+namespace lightwell::marker {
+
+struct FitOptions {
+  /// Nearest place of a lamp, m from the body's centre: well outside of the body.
+  double nearest_m = 0.12;
+  /// Band 1 of the light from all around, as a share of its band 0: its standard deviation before anything is seen.
+  double ambient_slope = 0.5;
+  int iterations = 40;
+};
+
+enum class Distance : std::uint8_t { infinite, free };
+
+/// A model that was fitted, and how well.
+struct Fit {
+  LightModel model;
+  std::vector<Distance> distances;  ///< Of each lamp: whether its distance was looked for.
+  /// Of each lamp: of its direction in tangent_basis(direction) (rad) and its inverse distance (1/m).
+  std::vector<Eigen::Matrix3d> covariance;
+  double chi_square = 0;
+  int parameters = 0;
+  int observations = 0;
+  bool table = false;  ///< Whether the table told too.
+  /// Of the table, where it told: radiance of light from all around, and of each lamp where nothing shades it and it falls vertically.
+  double table_ambient = 0;
+  std::vector<double> table_lamps;
+
+  /// Schwarz's criterion, up to a constant.
+  [[nodiscard]] double bic() const;
+};
+
+enum class Witness : std::uint8_t { faces, faces_and_table };
+
+/// `lamps`: their directions and inverse distances are the start, their irradiance does not matter. Ends in the nearest minimum.
+[[nodiscard]] Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Distance> distances,
+                            Witness witness, const std::vector<Vec3d>& hull, const FitOptions& options);
+
+/// Of each sample of the faces: how many standard deviations it differs from the model, in the channel where most.
+[[nodiscard]] std::vector<double> deviations_from(const Observations& seen, const LightModel& model);
+/// Of each sample of the table, likewise.
+[[nodiscard]] std::vector<double> table_deviations_from(const Observations& seen, const Fit& fit,
+                                                        const std::vector<Vec3d>& hull);
+
+}  // namespace lightwell::marker

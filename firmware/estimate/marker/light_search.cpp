@@ -1,0 +1,225 @@
+#include "estimate/marker/light_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include <Eigen/QR>
+
+#include "estimate/marker/shadow.hpp"
+
+namespace lightwell::marker {
+namespace {
+
+constexpr int kDirections = 400;                                     // 10 degrees apart
+constexpr std::array kInverse = {0.0, 0.8, 1.7, 3.3};                // 1/m: infinity, 1.25 m, 0.6 m, 0.3 m
+/// Share of the mean irradiance that the grid takes for light from all around, whose slope it bounds.
+constexpr double kAmbient = 0.3;
+constexpr double kApart = 0.43;                                      // rad: 25 degrees
+
+/// The grid's directions, even over the sphere.
+const std::vector<Vec3d>& grid() {
+  static const std::vector<Vec3d> directions = [] {
+    std::vector<Vec3d> out;
+    const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < kDirections; ++i) {
+      const double y = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - y * y);
+      out.push_back({r * std::sin(golden * i), y, r * std::cos(golden * i)});
+    }
+    return out;
+  }();
+  return directions;
+}
+
+/// Takes the part along the basis's columns out.
+void project(const Eigen::MatrixXd& basis, Eigen::VectorXd& x) { x -= basis * (basis.transpose() * x); }
+
+/// Adds a column to an orthonormal basis, where it is new.
+void extend(Eigen::MatrixXd& basis, Eigen::VectorXd x) {
+  const double before = x.norm();
+  project(basis, x);
+  project(basis, x);
+  if (!(x.norm() > 1e-6 * before) || !(before > 0)) return;
+  basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
+  basis.col(basis.cols() - 1) = x.normalized();
+}
+
+bool apart(const LightSearch::Candidate& a, const LightSearch::Candidate& b) {
+  for (const Lamp& x : a.lamps) {
+    double nearest = 10;
+    for (const Lamp& y : b.lamps) nearest = std::min(nearest, angle_between(x.direction, y.direction));
+    if (nearest > kApart) return true;
+  }
+  return false;
+}
+
+std::vector<LightSearch::Candidate> best_of(std::vector<LightSearch::Candidate> all, std::size_t most) {
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi_square < b.chi_square; });
+  std::vector<LightSearch::Candidate> out;
+  for (const LightSearch::Candidate& one : all) {
+    if (out.size() == most) break;
+    if (std::all_of(out.begin(), out.end(), [&](const auto& other) { return apart(one, other); })) out.push_back(one);
+  }
+  return out;
+}
+
+}  // namespace
+
+LightSearch::LightSearch(const Observations& seen, const std::vector<Vec3d>& hull, const FitOptions& options)
+    : seen_(seen), hull_(hull), slope_(options.ambient_slope) {
+  const Eigen::Index n = seen.samples();
+  for (int c = 0; c < seen.channels(); ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    Eigen::MatrixXd& basis = basis_[channel];
+    basis.resize(n + 3, 0);
+    for (int b = 0; b < 4; ++b) {
+      Eigen::VectorXd column(n + 3);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const Vec3d& normal = seen.of_faces()[static_cast<std::size_t>(i)].normal;
+        column[i] = b == 0 ? 1 : b == 1 ? normal.x : b == 2 ? normal.y : normal.z;
+      }
+      seen.whiten(c, column.head(n));
+      column.tail<3>().setZero();
+      if (b > 0) column[n + b - 1] = 1 / (slope_ * kAmbient * std::max(seen.mean(c), 1e-300));
+      extend(basis, column);
+    }
+    left_[channel] = Eigen::VectorXd::Zero(n + 3);
+    left_[channel].head(n) = seen.seen(c);
+    project(basis, left_[channel]);
+    Eigen::MatrixXf& columns = columns_[channel];
+    columns.resize(n + 3, static_cast<Eigen::Index>(grid().size() * kInverse.size()));
+    Eigen::Index at = 0;
+    for (const Vec3d& direction : grid())
+      for (const double w : kInverse) columns.col(at++) = column_of(c, direction, w).cast<float>();
+    const Eigen::MatrixXf single = basis.cast<float>();
+    columns -= single * (single.transpose() * columns);
+  }
+}
+
+Eigen::VectorXd LightSearch::column_of(int channel, Vec3d direction, double inverse_distance) const {
+  const Eigen::Index n = seen_.samples();
+  Eigen::VectorXd column(n + 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const SurfaceSample& s = seen_.of_faces()[static_cast<std::size_t>(i)];
+    column[i] = lamp_factor(direction, inverse_distance, s.position, s.normal);
+  }
+  seen_.whiten(channel, column.head(n));
+  column.tail<3>().setZero();
+  return column;
+}
+
+double LightSearch::table_chi_square(Vec3d direction, double inverse_distance) {
+  const TableObservations& table = *seen_.table();
+  shadow_.light(table, hull_, direction, inverse_distance, light_);
+  light_ *= table.weight;
+  // Normal equations of two amounts.
+  const double ab = (table_open_ * light_).sum(), bb = light_.square().sum(), by = (light_ * table_seen_).sum();
+  const double det = table_aa_ * bb - ab * ab;
+  double left = table_aa_ > 0 ? table_yy_ - table_ay_ * table_ay_ / table_aa_ : table_yy_;
+  if (det > 1e-9 * table_aa_ * bb) {
+    const double x = (bb * table_ay_ - ab * by) / det, z = (table_aa_ * by - ab * table_ay_) / det;
+    if (z > 0) left = x >= 0 ? table_yy_ - x * table_ay_ - z * by : table_yy_ - by * by / bb;
+  }
+  return std::max(0.0, left);
+}
+
+void LightSearch::look_at_table() {
+  if (!on_table_.empty() || seen_.table() == nullptr) return;
+  const TableObservations& table = *seen_.table();
+  table_open_ = table.open * table.weight;
+  table_seen_ = table.radiance * table.weight;
+  table_aa_ = table_open_.square().sum();
+  table_ay_ = (table_open_ * table_seen_).sum();
+  table_yy_ = table_seen_.square().sum();
+  on_table_.reserve(grid().size() * kInverse.size());
+  for (const Vec3d& direction : grid())
+    for (const double w : kInverse) on_table_.push_back(table_chi_square(direction, w));
+}
+
+LightSearch::Landscape LightSearch::landscape(Witness witness, const std::vector<Lamp>& beside) {
+  const bool with_table = witness == Witness::faces_and_table && seen_.table() != nullptr && beside.empty();
+  if (with_table) look_at_table();
+  const std::size_t places = grid().size() * kInverse.size();
+  std::vector<double> chi(places, 0);
+  for (int c = 0; c < seen_.channels(); ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    const Eigen::MatrixXf& columns = columns_[channel];
+    Eigen::MatrixXd extra(columns.rows(), 0);
+    for (const Lamp& lamp : beside) {
+      Eigen::VectorXd column = column_of(c, lamp.direction, lamp.inverse_distance);
+      project(basis_[channel], column);
+      extend(extra, column);
+    }
+    Eigen::VectorXd left = left_[channel];
+    project(extra, left);
+    const double start = left.squaredNorm();
+    const Eigen::VectorXf along = columns.transpose() * left.cast<float>();
+    Eigen::VectorXf size = columns.colwise().squaredNorm().transpose();
+    if (extra.cols() > 0) size -= (extra.cast<float>().transpose() * columns).colwise().squaredNorm().transpose();
+    for (std::size_t i = 0; i < places; ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      const double gain = along[at] > 0 && size[at] > 1e-6F ? static_cast<double>(along[at]) * along[at] / size[at] : 0;
+      chi[i] += std::max(0.0, start - gain);
+    }
+  }
+  Landscape out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0), 4 * std::numbers::pi / kDirections};
+  for (std::size_t i = 0; i < places; ++i) {
+    if (with_table) chi[i] += on_table_[i];
+    const std::size_t direction = i / kInverse.size();
+    if (chi[i] < out.chi_square[direction]) out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverse[i % kInverse.size()];
+  }
+  return out;
+}
+
+std::vector<LightSearch::Candidate> LightSearch::singles(std::size_t most, Witness witness, const std::vector<Lamp>& beside) {
+  const Landscape map = landscape(witness, beside);
+  std::vector<Candidate> all;
+  for (std::size_t i = 0; i < map.directions.size(); ++i)
+    all.push_back({{Lamp{map.directions[i], map.inverse_distance[i], {}}}, map.chi_square[i]});
+  return best_of(std::move(all), most);
+}
+
+std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
+  // Every second direction, distant: lamps of a pair are refined afterwards.
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < grid().size(); i += 2) chosen.push_back(i);
+  const auto m = static_cast<Eigen::Index>(chosen.size());
+  Eigen::MatrixXf chi = Eigen::MatrixXf::Zero(m, m);
+  for (int c = 0; c < seen_.channels(); ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    Eigen::MatrixXf columns(columns_[channel].rows(), m);
+    for (Eigen::Index i = 0; i < m; ++i)
+      columns.col(i) = columns_[channel].col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverse.size()));
+    const Eigen::MatrixXf gram = columns.transpose() * columns;
+    const Eigen::VectorXf along = columns.transpose() * left_[channel].cast<float>();
+    const auto start = static_cast<float>(left_[channel].squaredNorm());
+    for (Eigen::Index a = 0; a < m; ++a)
+      for (Eigen::Index b = a + 1; b < m; ++b) {
+        const float aa = gram(a, a), bb = gram(b, b), ab = gram(a, b), det = aa * bb - ab * ab;
+        const float only_a = aa > 1e-6F && along[a] > 0 ? along[a] * along[a] / aa : 0;
+        const float only_b = bb > 1e-6F && along[b] > 0 ? along[b] * along[b] / bb : 0;
+        float gain = std::max(only_a, only_b);
+        if (det > 1e-4F * aa * bb) {
+          const float x = (bb * along[a] - ab * along[b]) / det, y = (aa * along[b] - ab * along[a]) / det;
+          if (x > 0 && y > 0) gain = x * along[a] + y * along[b];
+        }
+        chi(a, b) += start - gain;
+      }
+  }
+  // The best of each first one stand for all.
+  std::vector<Candidate> all;
+  const double near = std::cos(kApart);
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const Vec3d& x = grid()[chosen[static_cast<std::size_t>(a)]];
+    Candidate best{{}, 1e300};
+    for (Eigen::Index b = a + 1; b < m; ++b) {
+      const Vec3d& y = grid()[chosen[static_cast<std::size_t>(b)]];
+      if (chi(a, b) < best.chi_square && dot(x, y) < near) best = {{Lamp{x, 0, {}}, Lamp{y, 0, {}}}, chi(a, b)};
+    }
+    if (!best.lamps.empty()) all.push_back(std::move(best));
+  }
+  return best_of(std::move(all), most);
+}
+
+}  // namespace lightwell::marker

@@ -1,0 +1,60 @@
+// Where lamps could be, looked for everywhere: sparse least squares over a grid of directions and distances (Aittala 2010,
+// "Inverse lighting and photorealistic rendering for augmented reality", section 4: few lamps that explain a diffuse probe).
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimate/marker/light_fit.hpp"
+#include "estimate/marker/shadow.hpp"
+
+namespace lightwell::marker {
+
+/// How well lamps at places of the grid explain what was seen, light from all around having been fitted to the rest.
+class LightSearch {
+ public:
+  LightSearch(const Observations& seen, const std::vector<Vec3d>& hull, const FitOptions& options);
+
+  struct Candidate {
+    std::vector<Lamp> lamps;  ///< Places alone.
+    double chi_square = 0;
+  };
+
+  /// Best first, none within 25 degrees of a better one, `most` at most. `beside`: lamps whose places are known and whose
+  /// irradiances are fitted too.
+  [[nodiscard]] std::vector<Candidate> singles(std::size_t most, Witness witness, const std::vector<Lamp>& beside = {});
+  /// Two distant lamps at a time.
+  [[nodiscard]] std::vector<Candidate> pairs(std::size_t most) const;
+
+  /// What is left of the least squares for a lamp at each direction of the grid, at the distance that suits best, beside others.
+  struct Landscape {
+    std::span<const Vec3d> directions;
+    std::vector<double> chi_square;
+    std::vector<double> inverse_distance;  ///< That suits best.
+    double solid_angle = 0;  ///< Of each direction, sr.
+  };
+  [[nodiscard]] Landscape landscape(Witness witness, const std::vector<Lamp>& beside);
+
+ private:
+  [[nodiscard]] Eigen::VectorXd column_of(int channel, Vec3d direction, double inverse_distance) const;
+  /// Of the table, for one lamp: least squares of its two radiances.
+  [[nodiscard]] double table_chi_square(Vec3d direction, double inverse_distance);
+  void look_at_table();
+
+  const Observations& seen_;
+  const std::vector<Vec3d>& hull_;
+  double slope_ = 0.5;
+  std::array<Eigen::MatrixXd, 3> basis_;  // orthonormal columns of light from all around, whitened, the prior's rows below
+  std::array<Eigen::VectorXd, 3> left_;   // what was seen, without them
+  /// Of each direction of the grid, at each distance: the whitened column of such a lamp, without them.
+  std::array<Eigen::MatrixXf, 3> columns_;
+  std::vector<double> on_table_;  // chi square of the table for each of them; empty until it is asked for
+  Eigen::ArrayXd table_open_, table_seen_, light_;
+  double table_aa_ = 0, table_ay_ = 0, table_yy_ = 0;
+  Shadow shadow_;
+};
+
+}  // namespace lightwell::marker

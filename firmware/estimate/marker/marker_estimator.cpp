@@ -1,0 +1,202 @@
+#include "estimate/marker/marker_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include <lightwell/harmonics.hpp>
+
+#include "calibration/lens_table.hpp"
+#include "estimate/common/light_tracker.hpp"
+#include "estimate/common/row_reader.hpp"
+
+namespace lightwell {
+namespace {
+
+/// Constants of harmonics: HOUSE.md.
+constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
+/// Darker than so many times what rounding and noise hide, nothing is told.
+constexpr double kDark = 3;
+/// Paper that is white: what saturated patches are taken for in a lower bound.
+constexpr double kWhite = 0.8;
+
+float rounded(double v) { return static_cast<float>(v); }
+
+class Marker final : public MarkerEstimator {
+ public:
+  Marker(const RigParameters& rig, RigTable table, const MarkerBody& body, std::unique_ptr<BodyFinder> finder,
+         const MarkerOptions& options)
+      : rig_(rig),
+        table_(std::move(table)),
+        body_(body),
+        finder_(std::move(finder)),
+        options_(options),
+        reader_(rig_, table_),
+        sampler_(widest(table_), options.sampler),
+        calibration_id_(calibration_identity(rig)) {
+    if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
+    for (const LensParameters& lens : rig_.lenses) models_.emplace_back(lens);
+  }
+
+  Status estimate(std::span<const Frame> bracket, Descriptor& out) override;
+
+  Status configure(const EstimatorConfig& config) override {
+    if (Status s = config.validate(); !s.ok()) return s;
+    options_.config = at_setting(config);
+    return {};
+  }
+  void set_scale(RadianceScale scale) override {
+    scale_ = scale;
+    before_.clear();
+  }
+  RadianceScale scale() const override { return scale_; }
+  const MarkerReport& report() const override { return report_; }
+
+ private:
+  /// Finds the body in one of the bracket's pictures; the lens that sees it.
+  [[nodiscard]] Result<int> find(std::span<const Frame> bracket);
+  void tell(Descriptor& out);
+  void judge(Descriptor& out) const;
+
+  RigParameters rig_;
+  RigTable table_;
+  MarkerBody body_;
+  std::unique_ptr<BodyFinder> finder_;
+  MarkerOptions options_;
+  estimate::RowReader reader_;
+  marker::MarkerSampler sampler_;
+  std::vector<CameraModel> models_;
+  estimate::LightTracker tracker_;
+  RadianceScale scale_;
+  marker::Shading shading_;
+  std::vector<marker::Lamp> before_;
+  MarkerReport report_;
+  std::uint32_t calibration_id_;
+};
+
+Result<int> Marker::find(std::span<const Frame> bracket) {
+  for (const Frame& frame : bracket) {
+    for (const View& view : frame.views()) {
+      const Result<std::optional<FoundBody>> found = finder_->find(view, frame.info);
+      if (!found) return found.status();
+      if (!*found) continue;
+      report_.body = **found;
+      return view.lens;
+    }
+  }
+  before_.clear();
+  return Status(StatusCode::not_found, "no tag of the body '" + body_.name + "' is in the picture, or too small, dark or blurred to be read");
+}
+
+Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
+  if (Status s = reader_.bind(bracket); !s.ok()) return s;
+  const Result<int> seen = find(bracket);
+  if (!seen) return seen.status();
+  const auto lens = static_cast<std::size_t>(*seen);
+  const LensParameters& parameters = rig_.lenses[lens];
+  const marker::PlacedBody placed(body_, parameters, models_[lens], report_.body.probe_body.pose);
+  report_.counts = sampler_.sample(reader_, *seen, parameters.width, parameters.height, body_, placed, scale_.factor, 3, shading_);
+  // A camera of one colour, or light of one: channels that are alike in every sample need no fit of their own.
+  const auto grey = [](const marker::SurfaceSample& s) {
+    const auto [least, most] = std::minmax({s.irradiance[0], s.irradiance[1], s.irradiance[2]});
+    return most - least <= 1e-6 * most;
+  };
+  if (std::all_of(shading_.samples.begin(), shading_.samples.end(), grey)) shading_.channels = 1;
+
+  marker::ChoiceOptions choice = options_.choice;
+  choice.most_lamps = std::min({choice.most_lamps, options_.config.max_lights, static_cast<int>(kMaxLights)});
+  report_.light = marker::choose_light(shading_, choice, before_);
+  before_.clear();
+  for (const marker::ChosenLamp& lamp : report_.light.lamps) before_.push_back(lamp.lamp);
+
+  const FrameInfo& first = bracket.front().info;
+  const FrameInfo& last = bracket.back().info;
+  out.sequence = first.sequence / bracket.size();
+  out.time.mid_exposure = first.mid_exposure + Duration{(last.mid_exposure - first.mid_exposure).ns / 2};
+  out.time.delivered_after = last.delivered - out.time.mid_exposure;
+  out.time.encoded_after = out.time.delivered_after;
+  out.units = scale_.units;
+  out.probe_id = options_.probe_id;
+  out.calibration_id = calibration_id_;
+  out.setting = options_.config.setting;
+  out.flicker = Flicker::unknown;
+  out.environment.reset();
+  tell(out);
+  judge(out);
+  return {};
+}
+
+void Marker::tell(Descriptor& out) {
+  marker::ChosenLight& light = report_.light;
+  const marker::SampleCounts& counts = report_.counts;
+  out.flags = {};
+  // What shines on the side that is turned away from the lens is never seen.
+  out.flags.set(Flag::unseen);
+  if (counts.clipped > 0) out.flags.set(Flag::clipped);
+  const bool dark = !(counts.brightest > kDark * counts.hidden) || !(counts.brightest > 0);
+  if (dark) out.flags.set(Flag::dark);
+  if (light.unsure || report_.body.ambiguous || dark) out.flags.set(Flag::unsure);
+  if (dark) {
+    light = {};
+    light.unsure = true;
+  } else if (shading_.samples.empty()) {
+    // Everything that was seen is saturated: at least this much comes from all around.
+    for (double& v : light.ambient[0]) v = std::numbers::pi * counts.brightest / kWhite;
+  }
+
+  out.radiance = {};
+  out.radiance.band = 1;
+  out.radiance_step = 0;
+  // ambient[1..3] are x, y, z; band 1 is in the order y, z, x.
+  constexpr std::array<std::size_t, 4> kOrder = {0, 2, 3, 1};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double factor = i == 0 ? 1 / (std::numbers::pi * kY0) : 1.5 / (std::numbers::pi * kY1);
+    const marker::Rgb& from = light.ambient[kOrder[i]];
+    out.radiance.c[i] = {rounded(from[0] * factor), rounded(from[1] * factor), rounded(from[2] * factor)};
+  }
+  out.lights.clear();
+  for (const marker::ChosenLamp& lamp : light.lamps) {
+    Light one;
+    one.direction = vec_cast<float>(lamp.lamp.direction);
+    const marker::Rgb& e = lamp.lamp.irradiance;
+    one.irradiance = {rounded(e[0]), rounded(e[1]), rounded(e[2])};
+    one.direction_covariance = {rounded(lamp.direction_covariance[0]), rounded(lamp.direction_covariance[1]),
+                                rounded(lamp.direction_covariance[2])};
+    out.lights.push_back(one);
+  }
+  tracker_.assign(out.lights);
+  int faces = static_cast<int>(body_.faces.size());
+  if (body_.ball) faces = 1;
+  out.coverage = rounded(body_.ball ? 0.5 : std::min(1.0, static_cast<double>(counts.faces) / std::max(1, faces)));
+  out.saturated = rounded(counts.patches > 0 ? static_cast<double>(counts.clipped) / counts.patches : 0);
+}
+
+void Marker::judge(Descriptor& out) const {
+  // Of what is never seen no bound speaks; the parts are of the normals that were.
+  out.bound = {};
+  out.bound.total = std::numeric_limits<float>::infinity();
+  double squares = 0, noise = 0;
+  for (const marker::SurfaceSample& s : shading_.samples) squares += s.irradiance[1] * s.irradiance[1], noise += s.sigma[1] * s.sigma[1];
+  if (!(squares > 0)) return;
+  out.bound.noise = rounded(3 * std::sqrt(noise / squares));
+  out.bound.sampling = rounded(3 * std::hypot(options_.choice.errors.surface_share, options_.choice.errors.surface_floor));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParameters& rig, const MarkerBody& body,
+                                                               std::unique_ptr<BodyFinder> finder, const MarkerOptions& options) {
+  if (Status s = options.config.validate(); !s.ok()) return s;
+  if (Status s = body.validate(); !s.ok()) return s;
+  if (finder == nullptr) return Status(StatusCode::invalid_argument, "a marker needs a finder of its body");
+  bool any = body.ball.has_value();
+  for (const MarkerFace& face : body.faces) any = any || !face.patches.empty();
+  if (!any) return Status(StatusCode::invalid_argument, "the body '" + body.name + "' has neither patches nor a ball: nothing tells light");
+  Result<RigTable> table = make_rig_table(rig);
+  if (!table) return table.status();
+  return std::unique_ptr<MarkerEstimator>(std::make_unique<Marker>(rig, std::move(*table), body, std::move(finder), options));
+}
+
+}  // namespace lightwell

@@ -1,0 +1,68 @@
+#include "estimate/marker/marker_geometry.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace lightwell::marker {
+namespace {
+
+/// A face that looks down within so much of straight down is one to stand on.
+constexpr double kCosDown = 0.64;
+/// The lens is above the table by at least this share of its distance: flatter, the table shows nothing.
+constexpr double kLensAbove = 0.06;
+/// Points that stand for a ball's hull.
+constexpr int kBallPoints = 48;
+
+}  // namespace
+
+Vec3d center_of(const MarkerBody& body) { return body.ball ? body.ball->center : Vec3d{}; }
+
+PlacedBody::PlacedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model, const Pose& probe_body)
+    : body_(body),
+      model_(model),
+      probe_body_(probe_body),
+      lens_probe_(inverse(lens.pose_cv)),
+      center_(center_of(body)),
+      origin_(transformed(probe_body, center_)),
+      lens_(lens.pose_cv.translation - origin_) {
+  if (body.ball) {
+    const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < kBallPoints; ++i) {
+      const double y = 1 - (2 * i + 1.0) / kBallPoints, r = std::sqrt(1 - y * y);
+      hull_.push_back(Vec3d{r * std::sin(golden * i), y, r * std::cos(golden * i)} * body.ball->radius_m);
+    }
+    return;
+  }
+  for (const MarkerFace& face : body.faces)
+    for (const FacePoint& p : face.outline) hull_.push_back(point_of(face, p));
+}
+
+Vec3d PlacedBody::normal_of(const MarkerFace& face) const {
+  return rotate(probe_body_.rotation, rotate(face.body_face.rotation, Vec3d{0, 0, 1}));
+}
+
+std::optional<PixelPosition> PlacedBody::pixel_of(Vec3d point) const {
+  return model_.project(transformed(lens_probe_, point + origin_));
+}
+
+std::optional<Table> PlacedBody::table(Vec3d up) const {
+  const MarkerFace* lowest = nullptr;
+  double most = kCosDown;
+  if (body_.ball) {
+    lowest = &body_.faces.front();
+  } else {
+    for (const MarkerFace& face : body_.faces) {
+      const double down = -dot(normal_of(face), up);
+      if (down > most) most = down, lowest = &face;
+    }
+  }
+  if (lowest == nullptr) return std::nullopt;
+  Table out;
+  out.point = point_of(*lowest, {0, 0});
+  out.normal = body_.ball ? normal_of(*lowest) : -normal_of(*lowest);
+  const Vec3d to_lens = lens_ - out.point;
+  if (!(dot(to_lens, out.normal) > kLensAbove * length(to_lens))) return std::nullopt;
+  return out;
+}
+
+}  // namespace lightwell::marker

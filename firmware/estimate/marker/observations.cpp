@@ -1,0 +1,93 @@
+#include "estimate/marker/observations.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lightwell::marker {
+
+Observations::Observations(const Shading& shading, const ErrorModel& errors)
+    : channels_(shading.channels),
+      samples_(shading.samples) {
+  if (shading.table && !shading.table->samples.empty()) table_.emplace(*shading.table, errors);
+  std::stable_sort(samples_.begin(), samples_.end(),
+                   [](const SurfaceSample& a, const SurfaceSample& b) { return a.surface < b.surface; });
+  for (int i = 0; i < samples(); ++i) {
+    if (i == 0 || samples_[static_cast<std::size_t>(i)].surface != samples_[static_cast<std::size_t>(i - 1)].surface)
+      surfaces_.push_back({i, i});
+    surfaces_.back().end = i + 1;
+  }
+  const int n = samples();
+  for (int c = 0; c < channels_; ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    std::vector<double> means;
+    double sum = 0;
+    for (const Surface& s : surfaces_) {
+      double of_surface = 0;
+      for (int i = s.begin; i < s.end; ++i) of_surface += samples_[static_cast<std::size_t>(i)].irradiance[channel];
+      sum += of_surface;
+      means.push_back(of_surface / (s.end - s.begin));
+      brightest_[channel] = std::max(brightest_[channel], means.back());
+    }
+    mean_[channel] = n > 0 ? sum / n : 0;
+    const double floor = errors.surface_floor * brightest_[channel];
+    root_weight_[channel].resize(n);
+    together_[channel].resize(n);
+    seen_[channel].resize(n);
+    for (std::size_t k = 0; k < surfaces_.size(); ++k) {
+      const Surface& s = surfaces_[k];
+      const double shared = std::hypot(errors.surface_share * means[k], floor);
+      double squared = 0;
+      for (int i = s.begin; i < s.end; ++i) {
+        const SurfaceSample& sample = samples_[static_cast<std::size_t>(i)];
+        const double alone = std::hypot(sample.sigma[channel], errors.sample_share * sample.irradiance[channel]);
+        // A millionth of the brightest: what no arithmetic of 8 to 16 bits tells, and zero is no deviation to divide by.
+        root_weight_[channel][i] = 1 / std::max(alone, 1e-6 * brightest_[channel] + 1e-300);
+        together_[channel][i] = shared * root_weight_[channel][i];
+        squared += together_[channel][i] * together_[channel][i];
+        seen_[channel][i] = sample.irradiance[channel];
+      }
+      shared_[channel].push_back(shared);
+      shrink_[channel].push_back(squared > 0 ? (1 - 1 / std::sqrt(1 + squared)) / squared : 0);
+    }
+    whiten(c, seen_[channel]);
+  }
+}
+
+void Observations::whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const {
+  const auto c = static_cast<std::size_t>(channel);
+  column.array() *= root_weight_[c].array();
+  for (std::size_t k = 0; k < surfaces_.size(); ++k) {
+    const Surface& s = surfaces_[k];
+    const auto t = together_[c].segment(s.begin, s.end - s.begin);
+    auto x = column.segment(s.begin, s.end - s.begin);
+    x -= (shrink_[c][k] * t.dot(x)) * t;
+  }
+}
+
+double Observations::deviations(int channel, int sample, double difference) const {
+  const auto c = static_cast<std::size_t>(channel);
+  std::size_t k = 0;
+  while (k + 1 < surfaces_.size() && sample >= surfaces_[k].end) ++k;
+  return difference / std::hypot(1 / root_weight_[c][sample], shared_[c][k]);
+}
+
+TableObservations::TableObservations(const Table& table, const ErrorModel& errors)
+    : point(table.point), normal(table.normal), step_m(table.step_m) {
+  const auto n = static_cast<Eigen::Index>(table.samples.size());
+  for (Eigen::ArrayXd* a : {&x, &y, &z, &u, &v, &open, &radiance, &weight}) a->resize(n);
+  const auto [along, across] = tangent_basis(normal);
+  double mean = 0;
+  for (const TableSample& t : table.samples) mean += t.radiance / static_cast<double>(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const TableSample& t = table.samples[static_cast<std::size_t>(i)];
+    x[i] = t.position.x, y[i] = t.position.y, z[i] = t.position.z;
+    u[i] = dot(t.position - point, along), v[i] = dot(t.position - point, across);
+    open[i] = 1 - t.occluded;
+    radiance[i] = t.radiance;
+    // What the body takes of the light from all around it also gives back, from its lit side: not modelled, so doubted.
+    const double doubt = errors.table_share * mean + 0.5 * t.occluded * t.radiance;
+    weight[i] = 1 / (std::hypot(t.sigma, doubt) * std::sqrt(errors.table_together) + 1e-300);
+  }
+}
+
+}  // namespace lightwell::marker

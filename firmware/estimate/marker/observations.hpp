@@ -1,0 +1,80 @@
+// What was seen, in numbers of variance one: what a fit compares with its model.
+//   Observations   the faces' irradiance and the table's radiance, whitened
+//
+// Samples of one surface share an error (its attitude, its paper, light from its neighbours): their covariance is
+// D + s² 1 1', D diagonal. With z = D^-1/2 x and t = s D^-1/2 1, its inverse root makes z - t (t'z) (1 - 1 / sqrt(1 + t't)) / t't.
+#pragma once
+
+#include <cstddef>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimate/marker/shading.hpp"
+
+namespace lightwell::marker {
+
+/// How much is believed, beside what each sample says of itself.
+struct ErrorModel {
+  double sample_share = 0.005;   ///< Of a sample's irradiance: texture, blur, what a patch's middle hides of falloff.
+  double surface_share = 0.007;  ///< Of a surface's mean: its attitude and its paper.
+  double surface_floor = 0.010;  ///< Of the brightest surface's mean, on each: light that goes from surface to surface.
+  double table_share = 0.03;     ///< Of the table's mean, on each sample: its texture, and light that the body throws on it.
+  /// Samples of the table lie so close that neighbours tell the same: so many count as one.
+  double table_together = 4;
+};
+
+/// The table's samples, one number each.
+struct TableObservations {
+  Vec3d point, normal;
+  double step_m = 0;
+  Eigen::ArrayXd x, y, z;   ///< Where they are.
+  Eigen::ArrayXd u, v;      ///< In tangent_basis(normal), from `point`.
+  Eigen::ArrayXd open;      ///< Share of the light from all around that reaches them.
+  Eigen::ArrayXd radiance;
+  Eigen::ArrayXd weight;    ///< One over the standard deviation.
+
+  TableObservations(const Table& table, const ErrorModel& errors);
+  [[nodiscard]] Eigen::Index size() const { return x.size(); }
+  /// Of the body's centre above it.
+  [[nodiscard]] double height() const { return -dot(point, normal); }
+};
+
+class Observations {
+ public:
+  Observations(const Shading& shading, const ErrorModel& errors);
+
+  [[nodiscard]] int samples() const { return static_cast<int>(samples_.size()); }
+  [[nodiscard]] int channels() const { return channels_; }
+  [[nodiscard]] const std::vector<SurfaceSample>& of_faces() const { return samples_; }
+  /// Largest mean of a surface and the mean over all, of a channel.
+  [[nodiscard]] double brightest(int channel) const { return brightest_[static_cast<std::size_t>(channel)]; }
+  [[nodiscard]] double mean(int channel) const { return mean_[static_cast<std::size_t>(channel)]; }
+
+  /// One number a sample, to one a whitened row; may be the same memory.
+  void whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const;
+  /// The whitened irradiances.
+  [[nodiscard]] const Eigen::VectorXd& seen(int channel) const { return seen_[static_cast<std::size_t>(channel)]; }
+  /// Of a sample's difference from a model: how many of its standard deviations, its surface's included.
+  [[nodiscard]] double deviations(int channel, int sample, double difference) const;
+
+  /// The table. Null where there is none.
+  [[nodiscard]] const TableObservations* table() const { return table_ ? &*table_ : nullptr; }
+
+ private:
+  struct Surface {
+    int begin = 0, end = 0;
+  };
+
+  int channels_;
+  std::vector<SurfaceSample> samples_;  // by surface
+  std::vector<Surface> surfaces_;
+  std::array<Eigen::VectorXd, 3> seen_, root_weight_, together_;
+  std::array<std::vector<double>, 3> shrink_, shared_;
+  Rgb brightest_{}, mean_{};
+  std::optional<TableObservations> table_;
+};
+
+}  // namespace lightwell::marker

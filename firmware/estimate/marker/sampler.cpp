@@ -1,0 +1,235 @@
+#include "estimate/marker/sampler.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lightwell::marker {
+namespace {
+
+/// Round patches of a ball: so many over the whole sphere, and how wide each is.
+constexpr int kBallPatches = 80;
+constexpr double kBallPatchRadius = 0.14;  // rad
+constexpr int kBallCorners = 8;
+/// The table is looked at as far from the body's centre as this many times its hull's radius.
+constexpr double kTableReach = 3.4;
+/// Points across a sample of the table.
+constexpr int kTablePoints = 4;
+/// Share of a patch's pixels that may be saturated.
+constexpr double kClipped = 0.01;
+
+double luminance(double r, double g, double b) { return 0.2126 * r + 0.7152 * g + 0.0722 * b; }
+
+/// Sums from which a plane is fitted to luminance over a patch, around its first pixel.
+struct PlaneSums {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0, l = 0, ll = 0, lx = 0, ly = 0;
+
+  void add(double px, double py, double lum) {
+    n += 1, x += px, y += py, xx += px * px, xy += px * py, yy += py * py;
+    l += lum, ll += lum * lum, lx += lum * px, ly += lum * py;
+  }
+  /// Variance of luminance about the plane.
+  [[nodiscard]] double rest() const {
+    const double cxx = xx - x * x / n, cxy = xy - x * y / n, cyy = yy - y * y / n;
+    const double clx = lx - l * x / n, cly = ly - l * y / n, cll = ll - l * l / n;
+    const double det = cxx * cyy - cxy * cxy;
+    double explained = 0;
+    if (det > 1e-9 * cxx * cyy) {
+      const double a = (cyy * clx - cxy * cly) / det, b = (cxx * cly - cxy * clx) / det;
+      explained = a * clx + b * cly;
+    }
+    return std::max(0.0, cll - explained) / std::max(1.0, n - 3);
+  }
+};
+
+}  // namespace
+
+MarkerSampler::MarkerSampler(int widest, const SamplerOptions& options) : options_(options), row_(widest) {}
+
+void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
+  ++counts_.patches;
+  outline_.clear();
+  double lowest = 1e9, highest = -1e9;
+  Vec3d middle;
+  for (const Vec3d& corner : patch.corners) {
+    middle += corner;
+    const std::optional<PixelPosition> p = placed_->pixel_of(corner);
+    if (!p) {
+      ++counts_.small;
+      return;
+    }
+    outline_.add(p->x, p->y);
+    lowest = std::min(lowest, p->y);
+    highest = std::max(highest, p->y);
+  }
+  middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
+  if (!outline_.close()) {
+    ++counts_.small;
+    return;
+  }
+  PlaneSums plane;
+  double sum[3] = {0, 0, 0}, variance = 0, bias = 0, clipped = 0;
+  double first_x = 0, first_y = 0, mean_x = 0, mean_y = 0;
+  const int top = std::max(0, static_cast<int>(std::ceil(lowest))), bottom = std::min(height_ - 1, static_cast<int>(std::floor(highest)));
+  for (int y = top; y <= bottom; ++y) {
+    const auto [from, to] = outline_.inside_at(y, options_.margin_px);
+    if (!(from <= to)) continue;
+    const int first = std::max(0, static_cast<int>(std::ceil(from))), end = std::min(width_, static_cast<int>(std::floor(to)) + 1);
+    if (first >= end) continue;
+    reader_->read(lens_, y, first, end, estimate::RowReader::Reading::with_errors, row_, reading_);
+    if (plane.n == 0) first_x = first, first_y = y;
+    for (int x = first; x < end; ++x) {
+      const auto i = static_cast<std::size_t>(x - first);
+      const double r = row_.r[i], g = row_.g[i], b = row_.b[i];
+      sum[0] += r, sum[1] += g, sum[2] += b;
+      if (!row_.certain) variance += row_.variance[i], bias += row_.bias[i], clipped += row_.clipped[i];
+      plane.add(x - first_x, y - first_y, luminance(r, g, b));
+      mean_x += x, mean_y += y;
+    }
+  }
+  if (plane.n < options_.fewest_pixels) {
+    ++counts_.small;
+    return;
+  }
+  const double mean = plane.l / plane.n;
+  counts_.brightest = std::max(counts_.brightest, mean);
+  counts_.darkest = std::min(counts_.darkest, mean);
+  counts_.hidden += bias / plane.n;
+  if (clipped > kClipped * plane.n) {
+    ++counts_.clipped;
+    return;
+  }
+  const double noise = variance / plane.n;
+  const double uneven = std::sqrt(std::max(0.0, plane.rest() - 1.5 * noise));
+  if (uneven > options_.uneven * std::abs(mean) + 1e-12) {
+    ++counts_.uneven;
+    return;
+  }
+  SurfaceSample sample;
+  sample.position = middle;
+  sample.normal = patch.normal;
+  sample.surface = patch.surface;
+  const double spread = std::sqrt(noise / plane.n) + 0.3 * uneven + bias / plane.n;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double factor = std::numbers::pi / patch.albedo[c] * scale_;
+    sample.irradiance[c] = std::max(0.0, sum[c] / plane.n * factor);
+    sample.sigma[c] = spread * factor;
+  }
+  out.samples.push_back(sample);
+}
+
+void MarkerSampler::sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out) {
+  const double golden = std::numbers::pi * (3 - std::sqrt(5.0)), radius = body.ball->radius_m;
+  patch_.albedo = body.ball->albedo;
+  patch_.surface = static_cast<int>(body.faces.size());
+  for (int i = 0; i < kBallPatches; ++i) {
+    const double y = 1 - (2 * i + 1.0) / kBallPatches, r = std::sqrt(1 - y * y);
+    const Vec3d normal{r * std::sin(golden * i), y, r * std::cos(golden * i)};
+    if (dot(normalized(placed.lens() - normal * radius), normal) < std::max(options_.flattest, 0.35)) continue;
+    const auto [u, v] = tangent_basis(normal);
+    patch_.corners.clear();
+    for (int k = 0; k < kBallCorners; ++k) {
+      const double a = 2 * std::numbers::pi * k / kBallCorners;
+      patch_.corners.push_back((normal * std::cos(kBallPatchRadius) + (u * std::cos(a) + v * std::sin(a)) * std::sin(kBallPatchRadius)) *
+                               radius);
+    }
+    patch_.normal = normal;
+    sample_patch(patch_, out);
+  }
+}
+
+void MarkerSampler::sample_table(Shading& out) {
+  Table& table = *out.table;
+  const auto [u, v] = tangent_basis(table.normal);
+  double radius = 0;
+  for (const Vec3d& p : out.hull) radius = std::max(radius, length(p));
+  // What hides the table from the lens.
+  outline_.clear();
+  for (const Vec3d& p : out.hull) {
+    const std::optional<PixelPosition> pixel = placed_->pixel_of(p);
+    if (!pixel) return;
+    outline_.add(pixel->x, pixel->y);
+  }
+  if (!outline_.close()) return;
+  const double reach = kTableReach * radius;
+  const double step = reach * std::sqrt(std::numbers::pi / options_.table_samples);
+  table.step_m = step;
+  const double height = -dot(table.point, table.normal);
+  const Vec3d foot = table.normal * -height;
+  const int across = static_cast<int>(reach / step) + 1;
+  for (int iy = -across; iy <= across; ++iy) {
+    for (int ix = -across; ix <= across; ++ix) {
+      const double x = ix * step, y = iy * step, off = std::hypot(x, y);
+      if (off > reach) continue;
+      TableSample sample;
+      sample.position = foot + u * x + v * y;
+      double sum = 0, squares = 0, variance = 0, n = 0, bias = 0;
+      bool good = true;
+      for (int k = 0; k < kTablePoints * kTablePoints && good; ++k) {
+        const double dx = ((k % kTablePoints + 0.5) / kTablePoints - 0.5) * step, dy = ((k / kTablePoints + 0.5) / kTablePoints - 0.5) * step;
+        const std::optional<PixelPosition> p = placed_->pixel_of(sample.position + u * dx + v * dy);
+        good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
+               outline_.outside(p->x, p->y) > 2 * options_.margin_px;
+        if (!good) break;
+        const int px = std::clamp(static_cast<int>(std::lround(p->x)), 0, width_ - 1);
+        const int py = std::clamp(static_cast<int>(std::lround(p->y)), 0, height_ - 1);
+        reader_->read(lens_, py, px, px + 1, estimate::RowReader::Reading::with_errors, row_, reading_);
+        const double l = (static_cast<double>(row_.r[0]) + row_.g[0] + row_.b[0]) / 3;
+        if (!row_.certain) {
+          good = row_.clipped[0] == 0;
+          variance += row_.variance[0];
+          bias += row_.bias[0];
+        }
+        sum += l, squares += l * l, n += 1;
+      }
+      if (!good) continue;
+      const double mean = sum / n;
+      sample.radiance = mean * scale_;
+      sample.sigma = (std::sqrt(std::max(variance, std::max(0.0, squares - n * mean * mean))) / n + bias / n) * scale_;
+      // A sphere as large as the body, over a small surface that looks up (Howell, B-37): r² cos / d².
+      const double squared = off * off + height * height;
+      sample.occluded = std::min(0.9, 0.8 * radius * radius * height / (squared * std::sqrt(squared)));
+      table.samples.push_back(sample);
+    }
+  }
+}
+
+SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
+                                   const PlacedBody& placed, double scale, int channels, Shading& out) {
+  reader_ = &reader;
+  placed_ = &placed;
+  lens_ = lens, width_ = width, height_ = height, scale_ = scale;
+  counts_ = {};
+  counts_.darkest = 1e300;
+  out.samples.clear();
+  out.channels = channels;
+  out.hull = placed.hull();
+  for (std::size_t f = 0; f < body.faces.size(); ++f) {
+    const MarkerFace& face = body.faces[f];
+    const Vec3d normal = placed.normal_of(face);
+    const Vec3d view = normalized(placed.lens() - placed.point_of(face, {0, 0}));
+    if (dot(view, normal) < options_.flattest) continue;
+    const std::size_t before = out.samples.size();
+    for (const MarkerPatch& patch : face.patches) {
+      patch_.corners.clear();
+      for (const FacePoint& p : patch.outline) patch_.corners.push_back(placed.point_of(face, p));
+      patch_.normal = normal;
+      patch_.albedo = patch.albedo;
+      patch_.surface = static_cast<int>(f);
+      sample_patch(patch_, out);
+    }
+    counts_.faces += out.samples.size() > before ? 1 : 0;
+  }
+  if (body.ball) sample_ball(body, placed, out);
+  out.table = placed.table(options_.up);
+  if (out.table) {
+    sample_table(out);
+    if (out.table->samples.empty()) out.table.reset();
+  }
+  if (counts_.patches > 0) counts_.hidden /= counts_.patches;
+  if (counts_.darkest > counts_.brightest) counts_.darkest = counts_.brightest = 0;
+  counts_.darkest *= scale, counts_.brightest *= scale, counts_.hidden *= scale;
+  return counts_;
+}
+
+}  // namespace lightwell::marker

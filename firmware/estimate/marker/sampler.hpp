@@ -1,0 +1,75 @@
+// From a picture and the body's place in it to what the marker shows of the light.
+//   sample_marker     mean radiance over the inside of every patch, and of the table around
+#pragma once
+
+#include <cstdint>
+
+#include <lightwell/marker_body.hpp>
+
+#include "estimate/common/row_reader.hpp"
+#include "estimate/marker/convex_outline.hpp"
+#include "estimate/marker/marker_geometry.hpp"
+#include "estimate/marker/shading.hpp"
+
+namespace lightwell::marker {
+
+struct SamplerOptions {
+  /// Pixels next to a patch's edge that are left to its neighbour: blur, and what the pose may be off.
+  double margin_px = 1.5;
+  /// Faces seen flatter than this are not looked at: cosine of the angle to their normal.
+  double flattest = 0.17;
+  /// Pixels that a patch must have left.
+  int fewest_pixels = 12;
+  /// What stands over a patch in part (a shadow's edge, another object) makes it uneven: left out from this share of its mean on.
+  double uneven = 0.10;
+  /// Samples of the table.
+  int table_samples = 400;
+  Vec3d up{0, 1, 0};  ///< Probe frame: which of the faces that are not seen it stands on.
+};
+
+/// What sampling found besides.
+struct SampleCounts {
+  int patches = 0;  ///< On faces that the lens sees.
+  int clipped = 0;  ///< Left out for saturated pixels.
+  int uneven = 0;   ///< Left out because something lies over a part of them.
+  int small = 0;    ///< Left out because too few pixels are inside.
+  int faces = 0;    ///< With a sample.
+  double darkest = 0, brightest = 0;  ///< Mean luminance of a patch's radiance, least and largest, clipped ones included.
+  /// Mean luminance of what rounding and noise may hide near black, over patches.
+  double hidden = 0;
+};
+
+/// The reader is bound to the frames. Radiance is in the reader's units times `scale`. Holds memory from frame to frame.
+class MarkerSampler {
+ public:
+  MarkerSampler(int widest, const SamplerOptions& options);
+
+  /// Fills `out`. `channels`: 1 where the camera is grey.
+  SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body, const PlacedBody& placed,
+                      double scale, int channels, Shading& out);
+
+ private:
+  struct Patch {
+    std::vector<Vec3d> corners;  // relative to the body's centre
+    Vec3d normal;
+    Rgb albedo;
+    int surface = 0;
+  };
+  void sample_patch(const Patch& patch, Shading& out);
+  void sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out);
+  void sample_table(Shading& out);
+
+  SamplerOptions options_;
+  estimate::LinearRow row_;
+  estimate::ReadingCounts reading_;
+  ConvexOutline outline_;
+  Patch patch_;
+  // Of the frame at hand.
+  estimate::RowReader* reader_ = nullptr;
+  const PlacedBody* placed_ = nullptr;
+  int lens_ = 0, width_ = 0, height_ = 0;
+  double scale_ = 1;
+  SampleCounts counts_;
+};
+
+}  // namespace lightwell::marker

@@ -1,0 +1,104 @@
+#include "pose/grey_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "calibration/response.hpp"
+
+namespace lightwell {
+namespace {
+
+float float_at(const std::byte* at) {
+  float v;
+  std::memcpy(&v, at, sizeof v);
+  return v;
+}
+
+/// The share of pixels of a float picture that may be brighter than white.
+constexpr double kAboveWhite = 0.01;
+/// Every so many-th of them is looked at for that.
+constexpr std::size_t kSampleStride = 37;
+
+void grey_of_mosaic(const View& view, int shift, std::uint8_t* out) {
+  const bool words = view.format != PixelFormat::bayer_rggb8;
+  const auto site = [&](int x, int y) -> unsigned {
+    const std::byte* at = view.data.data() + static_cast<std::size_t>(y) * view.stride + static_cast<std::size_t>(x) * (words ? 2 : 1);
+    const unsigned v = words ? std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8 : std::to_integer<unsigned>(at[0]);
+    return std::min(v >> shift, 255U);
+  };
+  for (int y = 0; y < view.height; ++y)
+    for (int x = 0; x < view.width; ++x) {
+      // Green stands where x + y is odd.
+      if (((x + y) & 1) != 0) {
+        *out++ = static_cast<std::uint8_t>(site(x, y));
+        continue;
+      }
+      const unsigned sum = site(x > 0 ? x - 1 : x + 1, y) + site(x + 1 < view.width ? x + 1 : x - 1, y) +
+                           site(x, y > 0 ? y - 1 : y + 1) + site(x, y + 1 < view.height ? y + 1 : y - 1);
+      *out++ = static_cast<std::uint8_t>((sum + 2) / 4);
+    }
+}
+
+}  // namespace
+
+GreyPicture GreyView::of(const View& view) {
+  if (view.width < 2 || view.height < 2 || view.stride < packed_stride(view.format, view.width) ||
+      view.data.size() < picture_bytes(view.format, view.stride, view.height))
+    return {};
+  const auto width = static_cast<std::size_t>(view.width), height = static_cast<std::size_t>(view.height);
+  if (view.format == PixelFormat::nv12)
+    return {{reinterpret_cast<const std::uint8_t*>(view.data.data()), view.stride * height}, view.width, view.height, view.stride};
+  bytes_.resize(width * height);
+  const auto row = [&view](std::size_t y) { return view.data.data() + y * view.stride; };
+  switch (view.format) {
+    case PixelFormat::nv12: break;
+    case PixelFormat::rgb8:
+      for (std::size_t y = 0; y < height; ++y) {
+        const auto* in = reinterpret_cast<const std::uint8_t*>(row(y));
+        std::uint8_t* out = bytes_.data() + y * width;
+        for (std::size_t x = 0; x < width; ++x)
+          out[x] = static_cast<std::uint8_t>((in[3 * x] + 2U * in[3 * x + 1] + in[3 * x + 2] + 2U) >> 2);
+      }
+      break;
+    case PixelFormat::yuyv:
+      for (std::size_t y = 0; y < height; ++y) {
+        const auto* in = reinterpret_cast<const std::uint8_t*>(row(y));
+        std::uint8_t* out = bytes_.data() + y * width;
+        for (std::size_t x = 0; x < width; ++x) out[x] = in[2 * x];
+      }
+      break;
+    case PixelFormat::bayer_rggb8: grey_of_mosaic(view, 0, bytes_.data()); break;
+    case PixelFormat::bayer_rggb10: grey_of_mosaic(view, 2, bytes_.data()); break;
+    case PixelFormat::bayer_rggb12: grey_of_mosaic(view, 4, bytes_.data()); break;
+    case PixelFormat::rgb_f32: {
+      sample_.clear();
+      for (std::size_t i = 0; i < width * height; i += kSampleStride) {
+        const float g = float_at(row(i / width) + 12 * (i % width) + 4);
+        if (std::isfinite(g) && g > 0) sample_.push_back(g);
+      }
+      float white = 1;
+      if (!sample_.empty()) {
+        const auto at = sample_.begin() + static_cast<std::ptrdiff_t>((1 - kAboveWhite) * static_cast<double>(sample_.size() - 1));
+        std::nth_element(sample_.begin(), at, sample_.end());
+        white = *at;
+      }
+      for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x) {
+          const float g = float_at(row(y) + 12 * x + 4) / white;
+          bytes_[y * width + x] = g > 0 ? static_cast<std::uint8_t>(255 * std::sqrt(std::min(g, 1.0F)) + 0.5F) : std::uint8_t{0};
+        }
+      break;
+    }
+  }
+  return {bytes_, view.width, view.height, width};
+}
+
+std::vector<float> linear_of_grey(PixelFormat format, const PhotometricCalibration& photometry) {
+  if (format != PixelFormat::rgb_f32) return linear_table(photometry, 256);
+  std::vector<float> out(256);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<float>(i * i) / (255.0F * 255.0F);
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,137 @@
+// A dodecahedron of 100 mm in known light, as samples of its faces and of the table that it stands on: closed forms, no pictures.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <lightwell/geometry.hpp>
+
+#include "estimate/marker/light_model.hpp"
+#include "estimate/marker/shading.hpp"
+
+namespace lightwell::marker::test {
+
+inline constexpr double kInradius = 0.05;
+inline constexpr double kDegree = std::numbers::pi / 180;
+
+/// Azimuth from the camera (+Z) towards +X, elevation above the horizon.
+inline Vec3d towards(double azimuth_deg, double elevation_deg) {
+  const double a = azimuth_deg * kDegree, e = elevation_deg * kDegree;
+  return {std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a)};
+}
+
+struct LitBody {
+  std::vector<Lamp> lamps;
+  double ambient = 0.05;          ///< Irradiance from all around, alike for all normals.
+  double turn_deg = 0;            ///< About +Y; 0: a face towards the camera, 36: an edge.
+  double camera_elevation_deg = 26.565;
+  bool table = false;
+  double table_albedo = 0.05;
+  double sample_noise = 0;        ///< Relative, of each sample.
+  double surface_noise = 0;       ///< Relative, of each face.
+  double floor_noise = 0;         ///< Of each face, relative to an irradiance of one.
+  unsigned seed = 1;
+
+  [[nodiscard]] std::array<Vec3d, 12> normals() const {
+    std::array<Vec3d, 12> out{};
+    out[0] = {0, 1, 0};
+    for (std::size_t k = 0; k < 5; ++k) out[1 + k] = towards(turn_deg + 72.0 * static_cast<double>(k), std::atan(0.5) / kDegree);
+    for (std::size_t k = 0; k < 6; ++k) out[6 + k] = -out[k];
+    return out;
+  }
+
+  [[nodiscard]] std::vector<Vec3d> vertices() const {
+    const auto n = normals();
+    std::vector<Vec3d> out;
+    for (std::size_t i = 0; i < 12; ++i)
+      for (std::size_t j = i + 1; j < 12; ++j)
+        for (std::size_t k = j + 1; k < 12; ++k) {
+          // Three faces that meet: their normals are 63.4 degrees apart.
+          if (dot(n[i], n[j]) < 0.4 || dot(n[j], n[k]) < 0.4 || dot(n[i], n[k]) < 0.4) continue;
+          const Vec3d c = n[i] + n[j] + n[k];
+          out.push_back(c * (kInradius / dot(c, n[i])));
+        }
+    return out;
+  }
+
+  /// Whether the body stands between a point outside of it and a lamp.
+  [[nodiscard]] bool shaded(Vec3d point, const Lamp& lamp) const {
+    const Vec3d to_lamp = lamp.inverse_distance > 0 ? lamp.direction * (1 / lamp.inverse_distance) - point : lamp.direction * 10.0;
+    double enter = 0, leave = 1;
+    for (const Vec3d& n : normals()) {
+      const double room = kInradius - dot(n, point), speed = dot(n, to_lamp);
+      if (std::abs(speed) < 1e-12) {
+        if (room < 0) return false;
+      } else if (speed > 0) {
+        leave = std::min(leave, room / speed);
+      } else {
+        enter = std::max(enter, room / speed);
+      }
+    }
+    return enter < leave;
+  }
+
+  [[nodiscard]] Shading shading() const {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    Shading out;
+    out.hull = vertices();
+    const Vec3d camera = towards(0, camera_elevation_deg) * 0.45;
+    const auto n = normals();
+    for (std::size_t face = 0; face < 12; ++face) {
+      const Vec3d middle = n[face] * kInradius;
+      if (dot(normalized(camera - middle), n[face]) < 0.17) continue;
+      const auto [u, v] = tangent_basis(n[face]);
+      const double of_face = 1 + surface_noise * normal(random), floor = floor_noise * normal(random);
+      for (int k = 0; k < 12; ++k) {
+        const double a = 2 * std::numbers::pi * k / 12;
+        SurfaceSample sample;
+        sample.position = middle + u * (0.023 * std::cos(a)) + v * (0.023 * std::sin(a));
+        sample.normal = n[face];
+        sample.surface = static_cast<int>(face);
+        const double noise = of_face * (1 + sample_noise * normal(random));
+        for (std::size_t c = 0; c < 3; ++c) {
+          double e = ambient;
+          for (const Lamp& lamp : lamps)
+            e += lamp.irradiance[c] * lamp_factor(lamp.direction, lamp.inverse_distance, sample.position, sample.normal);
+          sample.irradiance[c] = std::max(0.0, e * noise + floor);
+          sample.sigma[c] = 1e-4;
+        }
+        out.samples.push_back(sample);
+      }
+    }
+    if (!table) return out;
+    Table& on = out.table.emplace();
+    on.point = {0, -kInradius, 0};
+    on.normal = {0, 1, 0};
+    on.step_m = 0.02;
+    for (double x = -0.2; x <= 0.2; x += on.step_m)
+      for (double z = -0.2; z <= 0.2; z += on.step_m) {
+        const Vec3d p{x, -kInradius, z};
+        // What the body hides from the camera, taken for a ball.
+        const Vec3d ray = normalized(p - camera);
+        if (length(camera + ray * dot(-camera, ray)) < 1.25 * kInradius && dot(-camera, ray) < length(p - camera)) continue;
+        TableSample sample;
+        sample.position = p;
+        const double squared = x * x + z * z + kInradius * kInradius;
+        sample.occluded = kInradius * kInradius * kInradius / (squared * std::sqrt(squared));
+        double e = ambient * (1 - sample.occluded);
+        for (const Lamp& lamp : lamps) {
+          double seen = 0;
+          for (int k = 0; k < 16; ++k)
+            seen += shaded(p + Vec3d{(k % 4 - 1.5) / 4 * on.step_m, 0, (k / 4 - 1.5) / 4 * on.step_m}, lamp) ? 0 : 1.0 / 16;
+          e += (lamp.irradiance[0] + lamp.irradiance[1] + lamp.irradiance[2]) / 3 * seen *
+               lamp_factor(lamp.direction, lamp.inverse_distance, p, on.normal);
+        }
+        sample.radiance = table_albedo / std::numbers::pi * e * (1 + 2 * sample_noise * normal(random));
+        sample.sigma = table_albedo * 1e-3;
+        on.samples.push_back(sample);
+      }
+    return out;
+  }
+};
+
+}  // namespace lightwell::marker::test
