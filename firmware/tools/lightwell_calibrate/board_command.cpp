@@ -1,6 +1,5 @@
 #include "tools/lightwell_calibrate/board_command.hpp"
 
-#include <algorithm>
 #include <iostream>
 #include <string>
 
@@ -95,8 +94,8 @@ Result<Arguments> parse(std::span<char* const> words) {
     } else if (option == "--first-id") {
       if (!whole(out.board.first_id)) return bad();
     } else if (option == "--paper") {
-      const auto paper = std::find_if(kPapers.begin(), kPapers.end(), [&](const Paper& p) { return p.name == value; });
-      if (paper == kPapers.end()) return usage("--paper: '" + value + "' is not known; a4, a3 and letter are");
+      const Result<Paper> paper = find_paper(value);
+      if (!paper) return usage("--paper: " + paper.status().message());
       out.paper = *paper;
     } else if (option == "--dpi") {
       if (!real(out.dpi) || out.dpi < 36 || out.dpi > 2400)

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 namespace lightwell::calibrate {
@@ -10,14 +9,7 @@ namespace lightwell::calibrate {
 namespace {
 
 /// What printers leave white, and what the words and the ruler need below the board, mm.
-constexpr double kEdge = 7, kFooter = 20;
-constexpr double kRuler = 100;
-
-std::string brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+constexpr double kEdge = kSheetEdge, kFooter = 20;
 
 /// Ink beyond the corners that are detected, as a share of the tag's size.
 double outside(TagFamily family) {
@@ -29,31 +21,6 @@ double outside(TagFamily family) {
 std::pair<double, double> extent(const TagBoard& board) {
   const double more = 1 + 2 * outside(board.family);
   return {(board.columns - 1) * (1 + board.spacing) + more, (board.rows - 1) * (1 + board.spacing) + more};
-}
-
-void draw_tag(const TagBitmap& tag, double left, double top, double cell, std::vector<Rectangle>& out) {
-  for (int row = 0; row < tag.cells; ++row)
-    for (int column = 0; column < tag.cells;) {
-      int end = column;
-      while (end < tag.cells && tag.is_dark(end, row)) ++end;
-      if (end > column) out.push_back({left + column * cell, top + row * cell, (end - column) * cell, cell});
-      column = end + 1;
-    }
-}
-
-void draw_ruler(double x, double y, Page& page) {
-  constexpr double kThin = 0.15;
-  std::vector<Rectangle> lines = {{x, y, kRuler, kThin}};
-  // The strokes stand on the line; a stroke's left side is its place, but for the last, whose right side is.
-  for (int mm = 0; mm <= static_cast<int>(kRuler); ++mm) {
-    const double high = mm % 10 == 0 ? 3.2 : mm % 5 == 0 ? 2.2 : 1.4;
-    if (mm > 10 && mm < 90 && mm % 5 != 0) continue;
-    lines.push_back({x + mm - (mm == static_cast<int>(kRuler) ? kThin : 0), y - high, kThin, high});
-  }
-  page.shapes.push_back(std::move(lines));
-  for (int mm = 0; mm <= static_cast<int>(kRuler); mm += 50)
-    page.texts.push_back(
-        {std::to_string(mm) + (mm == static_cast<int>(kRuler) ? " mm" : ""), x + mm + 0.8, y - 3.6, 2.4});
 }
 
 }  // namespace
@@ -80,9 +47,8 @@ Result<BoardPage> layout(const TagBoard& board, const Paper& paper) {
       const Result<TagBitmap> bitmap = tag_bitmap(board.family, id);
       if (!bitmap) return bitmap.status();
       const Vec3d top_left = board.corners(id)[3];
-      page.shapes.emplace_back();
-      draw_tag(*bitmap, out.origin_x_mm + 1000 * top_left.x - beyond, out.origin_y_mm - 1000 * top_left.y - beyond,
-               cell, page.shapes.back());
+      page.shapes.push_back(tag_rectangles(*bitmap, out.origin_x_mm + 1000 * top_left.x - beyond,
+                                           out.origin_y_mm - 1000 * top_left.y - beyond, cell));
     }
     const double foot = height - kEdge - kFooter;
     const std::string numbers =

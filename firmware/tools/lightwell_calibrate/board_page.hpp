@@ -1,22 +1,13 @@
 // A board of tags on a sheet of paper: which way round it fits, where it lies, and the words and the ruler below it.
 #pragma once
 
-#include <array>
-#include <string_view>
-
 #include <lightwell/result.hpp>
 
 #include "pose/tag_board.hpp"
 #include "tools/lightwell_calibrate/page.hpp"
+#include "tools/lightwell_calibrate/sheet_parts.hpp"
 
 namespace lightwell::calibrate {
-
-struct Paper {
-  std::string_view name;
-  double width_mm = 0, height_mm = 0;  ///< Upright.
-};
-
-inline constexpr std::array<Paper, 3> kPapers = {{{"a4", 210, 297}, {"a3", 297, 420}, {"letter", 215.9, 279.4}}};
 
 struct BoardPage {
   Page page;

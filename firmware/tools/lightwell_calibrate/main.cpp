@@ -6,6 +6,7 @@
 #include "tools/lightwell_calibrate/board_command.hpp"
 #include "tools/lightwell_calibrate/geometry_command.hpp"
 #include "tools/lightwell_calibrate/import_command.hpp"
+#include "tools/lightwell_calibrate/marker_sheet_command.hpp"
 #include "tools/lightwell_calibrate/mounting_command.hpp"
 #include "tools/lightwell_calibrate/photometry_command.hpp"
 
@@ -19,6 +20,7 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"board", "a board of tags to print, true to scale", lightwell::calibrate::board_command},
+    {"marker-sheet", "a body of paper with tags that light is read from, to print and fold", lightwell::calibrate::marker_sheet_command},
     {"coverage", "which part of the picture still lacks views of the board", lightwell::calibrate::coverage_command},
     {"geometry", "lenses, and how two stand to each other, from pictures of boards", lightwell::calibrate::geometry_command},
     {"photometry", "response, black level, noise, vignetting, white balance, scale", lightwell::calibrate::photometry_command},
@@ -28,7 +30,7 @@ constexpr Command kCommands[] = {
 
 void print_help(std::FILE* to) {
   std::fprintf(to, "lightwell-calibrate: what each pixel of a camera means, a direction and a radiance.\n\n");
-  for (const Command& c : kCommands) std::fprintf(to, "  lightwell-calibrate %-11s %s\n", c.name, c.what);
+  for (const Command& c : kCommands) std::fprintf(to, "  lightwell-calibrate %-12s %s\n", c.name, c.what);
   std::fprintf(to,
                "\nEach has a --help with examples. A camera from nothing: board, print it; coverage, while taking pictures;\n"
                "geometry; photometry; mounting, once it hangs.\n"

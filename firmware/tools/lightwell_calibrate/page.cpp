@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "camera/image_file.hpp"
+#include "tools/lightwell_calibrate/coverage.hpp"
 
 namespace lightwell::calibrate {
 
@@ -50,13 +51,21 @@ std::string escaped_xml(const std::string& text) {
   return out;
 }
 
-}  // namespace
-
-std::string page_to_pdf(const Page& page) {
+std::string content_of(const Page& page) {
   // y grows upwards in PDF (ISO 32000-1, 8.3.2.3).
   const auto y = [&](double mm) { return number((page.height - mm) * kPointsPerMm); };
   const auto x = [](double mm) { return number(mm * kPointsPerMm); };
-  std::string content = "0 g\n";
+  std::string content;
+  for (const PageArea& area : page.areas) {
+    content += number(area.grey) + " g\n";
+    for (const auto& outline : area.outlines) {
+      for (std::size_t i = 0; i < outline.size(); ++i)
+        content += x(outline[i].x) + " " + y(outline[i].y) + (i == 0 ? " m " : " l ");
+      content += "h\n";
+    }
+    content += "f\n";
+  }
+  content += "0 g\n";
   for (const auto& shape : page.shapes) {
     for (const Rectangle& r : shape)
       content += x(r.x) + " " + y(r.y + r.height) + " " + x(r.width) + " " + x(r.height) + " re\n";
@@ -64,13 +73,35 @@ std::string page_to_pdf(const Page& page) {
   }
   for (const PageText& t : page.texts)
     content += "BT /F1 " + x(t.size) + " Tf " + x(t.x) + " " + y(t.y) + " Td (" + escaped_pdf(t.text) + ") Tj ET\n";
-  const std::vector<std::string> objects = {
-      "<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>",
-      "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-      "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 " + x(page.width) + " " + x(page.height) +
-          "] /Contents 4 0 R /Resources << /Font << /F1 5 0 R >> >> >>",
-      "<< /Length " + std::to_string(content.size()) + " >>\nstream\n" + content + "endstream",
-      "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
+  return content;
+}
+
+/// "#808080"
+std::string hexadecimal(double grey) {
+  char text[16];
+  const auto value = static_cast<unsigned>(std::lround(255 * std::clamp(grey, 0.0, 1.0)));
+  std::snprintf(text, sizeof text, "#%02x%02x%02x", value, value, value);
+  return text;
+}
+
+}  // namespace
+
+std::string pages_to_pdf(std::span<const Page> pages) {
+  // Objects: 1 the catalogue, 2 the list of pages, 3 the letters, then each page and what it draws.
+  std::vector<std::string> objects(3);
+  std::string kids;
+  for (const Page& page : pages) {
+    const std::size_t number_of_page = objects.size() + 1;
+    const std::string content = content_of(page);
+    kids += (kids.empty() ? "" : " ") + std::to_string(number_of_page) + " 0 R";
+    objects.push_back("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 " + number(page.width * kPointsPerMm) + " " +
+                      number(page.height * kPointsPerMm) + "] /Contents " + std::to_string(number_of_page + 1) +
+                      " 0 R /Resources << /Font << /F1 3 0 R >> >> >>");
+    objects.push_back("<< /Length " + std::to_string(content.size()) + " >>\nstream\n" + content + "endstream");
+  }
+  objects[0] = "<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>";
+  objects[1] = "<< /Type /Pages /Kids [" + kids + "] /Count " + std::to_string(pages.size()) + " >>";
+  objects[2] = "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>";
   std::string out = "%PDF-1.6\n%\xE2\xE3\xCF\xD3\n";
   std::string table = "0000000000 65535 f \n";
   for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -86,10 +117,21 @@ std::string page_to_pdf(const Page& page) {
   return out;
 }
 
+std::string page_to_pdf(const Page& page) { return pages_to_pdf({&page, 1}); }
+
 std::string page_to_svg(const Page& page) {
   std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(page.width) + "mm\" height=\"" +
                     number(page.height) + "mm\" viewBox=\"0 0 " + number(page.width) + " " + number(page.height) +
                     "\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n";
+  for (const PageArea& area : page.areas) {
+    out += "<path fill=\"" + hexadecimal(area.grey) + "\" d=\"";
+    for (const auto& outline : area.outlines) {
+      for (std::size_t i = 0; i < outline.size(); ++i)
+        out += (i == 0 ? "M" : "L") + number(outline[i].x) + " " + number(outline[i].y);
+      out += "z";
+    }
+    out += "\"/>\n";
+  }
   for (const auto& shape : page.shapes) {
     out += "<path fill=\"#000\" d=\"";
     for (const Rectangle& r : shape)
@@ -111,19 +153,24 @@ Status write_page_png(const Page& page, double dots_per_inch, const std::string&
     return {StatusCode::resource_exhausted, path + ": " + number(dots_per_inch) + " dots an inch make " + number(wide) +
                                                 "x" + number(high) + " pixels; at most 64 megapixels are written"};
   const int width = static_cast<int>(wide), height = static_cast<int>(high);
-  cv::Mat black(height, width, CV_32F, cv::Scalar(0));
-  const auto covered = [](double from, double to, int i) {
-    return std::max(0.0, std::min(to, i + 1.0) - std::max(from, static_cast<double>(i)));
+  cv::Mat light(height, width, CV_32F, cv::Scalar(1));
+  const auto fill = [&](const PageArea& area) {
+    const Coverage covered = coverage_of(area.outlines, scale);
+    for (int y = std::max(0, -covered.top); y < std::min(covered.height, height - covered.top); ++y)
+      for (int x = std::max(0, -covered.left); x < std::min(covered.width, width - covered.left); ++x) {
+        float& pixel = light.at<float>(covered.top + y, covered.left + x);
+        pixel += covered.at(x, y) * (static_cast<float>(area.grey) - pixel);
+      }
   };
-  for (const auto& shape : page.shapes)
-    for (const Rectangle& r : shape) {
-      const double x0 = r.x * scale, x1 = (r.x + r.width) * scale, y0 = r.y * scale, y1 = (r.y + r.height) * scale;
-      for (int y = std::max(0, static_cast<int>(y0)); y < std::min(height, static_cast<int>(std::ceil(y1))); ++y)
-        for (int x = std::max(0, static_cast<int>(x0)); x < std::min(width, static_cast<int>(std::ceil(x1))); ++x)
-          black.at<float>(y, x) += static_cast<float>(covered(x0, x1, x) * covered(y0, y1, y));
-    }
+  for (const PageArea& area : page.areas) fill(area);
+  for (const auto& shape : page.shapes) {
+    PageArea black;
+    for (const Rectangle& r : shape)
+      black.outlines.push_back({{r.x, r.y}, {r.x + r.width, r.y}, {r.x + r.width, r.y + r.height}, {r.x, r.y + r.height}});
+    fill(black);
+  }
   cv::Mat grey;
-  black.convertTo(grey, CV_8U, -255, 255);
+  light.convertTo(grey, CV_8U, 255);
   for (const PageText& t : page.texts) {
     // OpenCV's letters: capitals of 21 px at scale 1; Helvetica's are 0.72 of its em.
     const double letters = t.size * scale * 0.72 / 21;

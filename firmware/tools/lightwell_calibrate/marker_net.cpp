@@ -1,0 +1,360 @@
+#include "tools/lightwell_calibrate/marker_net.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+namespace lightwell::calibrate {
+
+namespace {
+
+constexpr double kMm = 1000;
+/// A tab's depth as a share of its edge, and at most this many mm.
+constexpr double kTabShare = 0.16, kDeepestTab = 7;
+/// Between pieces of a page, mm.
+constexpr double kGap = 4;
+/// What is less deep is rounding, mm.
+constexpr double kTouch = 1e-6;
+
+using Outline = std::vector<PagePoint>;
+
+struct Box {
+  double x0 = std::numeric_limits<double>::max(), y0 = x0, x1 = -x0, y1 = -x0;
+
+  void hold(const Outline& outline) {
+    for (const PagePoint& p : outline) {
+      x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
+      y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
+    }
+  }
+  [[nodiscard]] double width() const { return x1 - x0; }
+  [[nodiscard]] double height() const { return y1 - y0; }
+};
+
+/// Whether two convex outlines share more than an edge: no side of either separates them.
+bool overlap(const Outline& p, const Outline& q) {
+  for (const Outline* sides : {&p, &q})
+    for (std::size_t i = 0; i < sides->size(); ++i) {
+      const PagePoint &a = (*sides)[i], &b = (*sides)[(i + 1) % sides->size()];
+      const double length = std::hypot(b.x - a.x, b.y - a.y);
+      const double nx = (b.y - a.y) / length, ny = -(b.x - a.x) / length;
+      const auto range = [&](const Outline& o) {
+        std::pair<double, double> out{std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
+        for (const PagePoint& v : o) {
+          out.first = std::min(out.first, nx * v.x + ny * v.y);
+          out.second = std::max(out.second, nx * v.x + ny * v.y);
+        }
+        return out;
+      };
+      const auto [p0, p1] = range(p);
+      const auto [q0, q1] = range(q);
+      if (p1 <= q0 + kTouch || q1 <= p0 + kTouch) return false;
+    }
+  return true;
+}
+
+/// A face and the one that it hangs on; of the first both are the same.
+struct Hung {
+  std::size_t face = 0, from = 0;
+};
+using Tree = std::vector<Hung>;
+
+struct Piece {
+  std::vector<NetFace> faces;
+  std::vector<NetFold> folds;
+  std::vector<NetTab> tabs;
+  std::vector<std::array<PagePoint, 2>> cuts;
+  Box box;
+};
+
+/// Laid flat and checked, before it knows its page.
+class Unfolding {
+ public:
+  Unfolding(const MarkerBody& body, const std::vector<SharedEdge>& edges) : body_(body), edges_(edges) {}
+
+  /// Nothing where faces or tabs would overlap.
+  [[nodiscard]] std::optional<std::vector<Piece>> pieces(const std::vector<Tree>& trees, double turn_rad) const {
+    std::vector<Piece> out;
+    std::vector<bool> folded(edges_.size(), false);
+    for (const Tree& tree : trees) {
+      out.push_back(unfold(tree, turn_rad, folded));
+      const Piece& piece = out.back();
+      for (std::size_t i = 0; i < piece.faces.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+          if (overlap(outline_of(piece.faces[i]), outline_of(piece.faces[j]))) return std::nullopt;
+    }
+    for (std::size_t e = 0; e < edges_.size(); ++e)
+      if (!folded[e] && !add_tab(edges_[e], out)) return std::nullopt;
+    add_open_edges(out);
+    return out;
+  }
+
+ private:
+  [[nodiscard]] Outline outline_of(const NetFace& placed) const {
+    Outline out;
+    for (const FacePoint& p : body_.faces[placed.face].outline) out.push_back(placed.on_sheet(p));
+    return out;
+  }
+
+  /// The ends of an edge on the sheet, in the outline's order.
+  [[nodiscard]] std::array<PagePoint, 2> edge_of(const NetFace& placed, std::size_t edge) const {
+    const FaceOutline& o = body_.faces[placed.face].outline;
+    return {placed.on_sheet(o[edge]), placed.on_sheet(o[(edge + 1) % o.size()])};
+  }
+
+  [[nodiscard]] Piece unfold(const Tree& tree, double turn_rad, std::vector<bool>& folded) const {
+    Piece out;
+    for (const Hung& hung : tree) {
+      if (out.faces.empty()) {
+        out.faces.push_back({hung.face, {0, 0}, turn_rad});
+        out.box.hold(outline_of(out.faces.back()));
+        continue;
+      }
+      for (std::size_t e = 0; e < edges_.size(); ++e) {
+        SharedEdge edge = edges_[e];
+        if (edge.a == hung.face) edge = {edge.b, edge.edge_b, edge.a, edge.edge_a};
+        if (edge.a != hung.from || edge.b != hung.face) continue;
+        const auto parent =
+            std::find_if(out.faces.begin(), out.faces.end(), [&](const NetFace& f) { return f.face == hung.from; });
+        // The child's edge runs the other way.
+        const auto [to, from] = edge_of(*parent, edge.edge_a);
+        const FaceOutline& o = body_.faces[hung.face].outline;
+        const FacePoint p = o[edge.edge_b], q = o[(edge.edge_b + 1) % o.size()];
+        NetFace child{hung.face, {0, 0}, std::atan2(from.y - to.y, to.x - from.x) - std::atan2(q.y - p.y, q.x - p.x)};
+        const PagePoint there = child.on_sheet(p);
+        child.center = {from.x - there.x, from.y - there.y};
+        out.folds.push_back({hung.from, hung.face, from, to});
+        out.faces.push_back(child);
+        out.box.hold(outline_of(child));
+        folded[e] = true;
+        break;
+      }
+    }
+    return out;
+  }
+
+  struct Choice {
+    Piece* piece = nullptr;
+    NetTab tab;
+    std::array<PagePoint, 2> other{};
+    double growth = 0;
+  };
+
+  /// The blunt tab where it has room, one with pointed ends in a narrow gap.
+  [[nodiscard]] std::optional<Choice> tab_on(std::size_t on, std::size_t edge, std::size_t under, std::vector<Piece>& pieces) const {
+    for (Piece& piece : pieces) {
+      const auto placed = std::find_if(piece.faces.begin(), piece.faces.end(), [&](const NetFace& f) { return f.face == on; });
+      if (placed == piece.faces.end()) continue;
+      const auto [from, to] = edge_of(*placed, edge);
+      const double length = std::hypot(to.x - from.x, to.y - from.y), deep = std::min(kDeepestTab, kTabShare * length);
+      const double ux = (to.x - from.x) / length, uy = (to.y - from.y) / length;
+      // An outline is counter-clockwise as one looks at it: outside is to the right, in an y that grows downwards (-uy, ux).
+      for (const double end_deg : {60.0, 45.0, 32.0}) {
+        const double in = deep / std::tan(end_deg * std::numbers::pi / 180);
+        const Outline outline = {from,
+                                 {from.x + in * ux - deep * uy, from.y + in * uy + deep * ux},
+                                 {to.x - in * ux - deep * uy, to.y - in * uy + deep * ux},
+                                 to};
+        if (!fits(outline, piece)) continue;
+        Box larger = piece.box;
+        larger.hold(outline);
+        Choice out;
+        out.piece = &piece;
+        out.tab = {on, under, outline};
+        out.growth = larger.width() * larger.height() - piece.box.width() * piece.box.height();
+        return out;
+      }
+      return std::nullopt;
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] bool fits(const Outline& tab, const Piece& piece) const {
+    for (const NetFace& f : piece.faces)
+      if (overlap(tab, outline_of(f))) return false;
+    return std::none_of(piece.tabs.begin(), piece.tabs.end(), [&](const NetTab& t) { return overlap(tab, t.outline); });
+  }
+
+  /// On the side where the piece grows less.
+  [[nodiscard]] bool add_tab(const SharedEdge& edge, std::vector<Piece>& pieces) const {
+    std::optional<Choice> best = tab_on(edge.a, edge.edge_a, edge.b, pieces);
+    std::optional<Choice> other = tab_on(edge.b, edge.edge_b, edge.a, pieces);
+    if (!best || (other && other->growth < best->growth - kTouch)) best = std::move(other);
+    if (!best) return false;
+    best->piece->box.hold(best->tab.outline);
+    best->piece->tabs.push_back(std::move(best->tab));
+    return true;
+  }
+
+  void add_open_edges(std::vector<Piece>& pieces) const {
+    for (Piece& piece : pieces)
+      for (const NetFace& placed : piece.faces)
+        for (std::size_t i = 0; i < body_.faces[placed.face].outline.size(); ++i) {
+          const auto ends = edge_of(placed, i);
+          const auto same = [&](PagePoint p, PagePoint q) { return std::hypot(p.x - q.x, p.y - q.y) < 1e-3; };
+          const bool fold = std::any_of(piece.folds.begin(), piece.folds.end(), [&](const NetFold& f) {
+            return (same(f.from, ends[0]) && same(f.to, ends[1])) || (same(f.from, ends[1]) && same(f.to, ends[0]));
+          });
+          const bool tab = std::any_of(piece.tabs.begin(), piece.tabs.end(), [&](const NetTab& t) {
+            return t.on == placed.face && same(t.outline.front(), ends[0]) && same(t.outline.back(), ends[1]);
+          });
+          if (!fold && !tab) piece.cuts.push_back(ends);
+        }
+  }
+
+  const MarkerBody& body_;
+  const std::vector<SharedEdge>& edges_;
+};
+
+/// Faces of `allowed` in the order in which one comes to them from the first, each hung on the first neighbour that was reached. Empty
+/// where some cannot be reached.
+Tree tree_over(const std::vector<std::size_t>& allowed, const std::vector<SharedEdge>& edges) {
+  Tree out = {{allowed[0], allowed[0]}};
+  for (std::size_t done = 0; done < out.size(); ++done)
+    for (const std::size_t face : allowed) {
+      const auto joins = [&](const SharedEdge& e) {
+        return (e.a == out[done].face && e.b == face) || (e.b == out[done].face && e.a == face);
+      };
+      const bool reached = std::any_of(out.begin(), out.end(), [&](const Hung& h) { return h.face == face; });
+      if (!reached && std::any_of(edges.begin(), edges.end(), joins)) out.push_back({face, out[done].face});
+    }
+  return out.size() == allowed.size() ? out : Tree();
+}
+
+/// Ways to take a body apart, fewest pieces first.
+std::vector<std::vector<Tree>> ways(std::size_t faces, const std::vector<SharedEdge>& edges) {
+  std::vector<std::vector<std::vector<std::size_t>>> groups;
+  std::vector<std::size_t> all(faces);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  if (faces == 6) {
+    groups.push_back({{1, 0, 2, 4, 5, 3}});        // A cross.
+    groups.push_back({{1, 0, 5}, {3, 2, 4}});      // Two strips around each other.
+  } else if (faces > 6 && faces % 2 == 0) {
+    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(faces / 2);
+    groups.push_back({{all.begin(), middle}, {all.rbegin(), std::make_reverse_iterator(middle)}});
+  }
+  groups.emplace_back();
+  for (const std::size_t face : all) groups.back().push_back({face});
+  std::vector<std::vector<Tree>> out;
+  for (const auto& way : groups) {
+    std::vector<Tree> trees;
+    for (const auto& group : way) trees.push_back(tree_over(group, edges));
+    if (std::none_of(trees.begin(), trees.end(), [](const Tree& t) { return t.empty(); })) out.push_back(std::move(trees));
+  }
+  return out;
+}
+
+void move(Piece& piece, double dx, double dy) {
+  const auto by = [&](PagePoint& p) { p.x += dx, p.y += dy; };
+  for (NetFace& f : piece.faces) by(f.center);
+  for (NetFold& f : piece.folds) by(f.from), by(f.to);
+  for (NetTab& t : piece.tabs)
+    for (PagePoint& p : t.outline) by(p);
+  for (auto& cut : piece.cuts) by(cut[0]), by(cut[1]);
+  piece.box.x0 += dx, piece.box.x1 += dx, piece.box.y0 += dy, piece.box.y1 += dy;
+}
+
+/// Rows of pieces from the top left, a new page where one is full; each page's are then moved to its middle. Empty where one is too large.
+std::vector<NetPage> packed(std::vector<Piece> pieces, double width, double height) {
+  const double room_x = width - 2 * kSheetEdge, room_y = height - 2 * kSheetEdge - kNetFooter;
+  std::vector<std::vector<Piece>> pages(1);
+  double x = 0, y = 0, row = 0;
+  for (Piece& piece : pieces) {
+    const double wide = piece.box.width(), high = piece.box.height();
+    if (wide > room_x || high > room_y) return {};
+    if (x > 0 && x + wide > room_x) x = 0, y += row + kGap, row = 0;
+    if (y > 0 && y + high > room_y) pages.emplace_back(), x = y = row = 0;
+    move(piece, x - piece.box.x0, y - piece.box.y0);
+    x += wide + kGap, row = std::max(row, high);
+    pages.back().push_back(std::move(piece));
+  }
+  std::vector<NetPage> out;
+  for (std::vector<Piece>& page : pages) {
+    Box box;
+    for (const Piece& piece : page) box.hold({{piece.box.x0, piece.box.y0}, {piece.box.x1, piece.box.y1}});
+    NetPage sheet;
+    sheet.width = width, sheet.height = height, sheet.landscape = width > height;
+    for (Piece& piece : page) {
+      move(piece, kSheetEdge + (room_x - box.width()) / 2 - box.x0, kSheetEdge + (room_y - box.height()) / 2 - box.y0);
+      sheet.faces.insert(sheet.faces.end(), piece.faces.begin(), piece.faces.end());
+      sheet.folds.insert(sheet.folds.end(), piece.folds.begin(), piece.folds.end());
+      sheet.tabs.insert(sheet.tabs.end(), piece.tabs.begin(), piece.tabs.end());
+      sheet.cuts.insert(sheet.cuts.end(), piece.cuts.begin(), piece.cuts.end());
+    }
+    out.push_back(std::move(sheet));
+  }
+  return out;
+}
+
+/// Nothing where it does not fit.
+std::optional<Net> fitted(const MarkerBody& body, const Paper& paper) {
+  const std::vector<SharedEdge> edges = shared_edges(body);
+  const Unfolding unfolding(body, edges);
+  // Upright or lying first: they are easier on the eyes than what fits askew.
+  std::vector<int> turns_deg = {0, 90};
+  for (int turn = 6; turn < 180; turn += 6)
+    if (turn != 90) turns_deg.push_back(turn);
+  for (const std::vector<Tree>& trees : ways(body.faces.size(), edges)) {
+    std::optional<Net> best;
+    for (const int turn : turns_deg) {
+      const auto pieces = unfolding.pieces(trees, turn * std::numbers::pi / 180);
+      if (!pieces) continue;
+      for (const bool landscape : {false, true}) {
+        Net net{packed(*pieces, landscape ? paper.height_mm : paper.width_mm, landscape ? paper.width_mm : paper.height_mm)};
+        if (!net.pages.empty() && (!best || net.pages.size() < best->pages.size())) best = std::move(net);
+      }
+    }
+    if (best) return best;
+  }
+  return std::nullopt;
+}
+
+MarkerBody scaled(MarkerBody body, double by) {
+  for (MarkerFace& face : body.faces) {
+    face.body_face.translation = face.body_face.translation * by;
+    for (FacePoint& p : face.outline) p.x *= by, p.y *= by;
+  }
+  return body;
+}
+
+}  // namespace
+
+PagePoint NetFace::on_sheet(FacePoint p) const {
+  const double c = std::cos(turn_rad), s = std::sin(turn_rad);
+  return {center.x + kMm * (c * p.x - s * p.y), center.y - kMm * (s * p.x + c * p.y)};
+}
+
+std::vector<SharedEdge> shared_edges(const MarkerBody& body) {
+  const auto point = [&](std::size_t face, std::size_t i) {
+    const MarkerFace& f = body.faces[face];
+    const FacePoint& p = f.outline[i % f.outline.size()];
+    return transformed(f.body_face, Vec3d{p.x, p.y, 0});
+  };
+  const auto same = [](Vec3d p, Vec3d q) { return length(p - q) < 1e-6; };
+  std::vector<SharedEdge> out;
+  for (std::size_t a = 0; a < body.faces.size(); ++a)
+    for (std::size_t b = a + 1; b < body.faces.size(); ++b)
+      for (std::size_t i = 0; i < body.faces[a].outline.size(); ++i)
+        for (std::size_t j = 0; j < body.faces[b].outline.size(); ++j)
+          if (same(point(a, i), point(b, j + 1)) && same(point(a, i + 1), point(b, j))) out.push_back({a, i, b, j});
+  return out;
+}
+
+double largest_scale(const MarkerBody& body, const Paper& paper) {
+  double fits = 0, too_large = 1;
+  while (fitted(scaled(body, too_large), paper) && too_large < 1e3) fits = too_large, too_large *= 2;
+  while (too_large - fits > 1e-3 * too_large && too_large > 1e-6)
+    (fitted(scaled(body, (fits + too_large) / 2), paper) ? fits : too_large) = (fits + too_large) / 2;
+  return fits;
+}
+
+Result<Net> make_net(const MarkerBody& body, const Paper& paper) {
+  std::optional<Net> net = fitted(body, paper);
+  if (net) return *std::move(net);
+  return Status(StatusCode::invalid_argument, "a face does not fit " + std::string(paper.name));
+}
+
+}  // namespace lightwell::calibrate
