@@ -53,7 +53,7 @@ Coverage coverage_of(const std::vector<std::vector<PagePoint>>& outlines, double
       const auto x_at = [&](double y) { return std::clamp(p.x + slope * (y - p.y), std::min(p.x, q.x), std::max(p.x, q.x)); };
       for (int y = static_cast<int>(p.y); y < out.height && y < q.y; ++y) {
         const double from = std::max(p.y, static_cast<double>(y)), to = std::min(q.y, y + 1.0);
-        if (to > from) add_in_row(&out.share[static_cast<std::size_t>(y) * static_cast<std::size_t>(out.width)], x_at(from), x_at(to), sign * (to - from));
+        if (to > from) add_in_row(&out.share[static_cast<std::size_t>(y * out.width)], x_at(from), x_at(to), sign * (to - from));
       }
     }
   for (int y = 0; y < out.height; ++y) {
