@@ -11,7 +11,7 @@
 
 #include "camera/image_file.hpp"
 #include "firmware/tools/calibrate_words.hpp"
-#include "pose/tag_detector.hpp"
+#include "firmware/tools/printed_tags.hpp"
 #include "support/child.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_calibrate/board_command.hpp"
@@ -40,29 +40,18 @@ double expect_printed(const std::string& png, const TagBoard& board, const Board
   if (!image) return 1e9;
   EXPECT_NEAR(image->width, sheet.page.width * dpi / 25.4, 1) << "the sheet's size";
   EXPECT_NEAR(image->height, sheet.page.height * dpi / 25.4, 1);
-  std::vector<std::uint8_t> grey;
-  for (std::size_t i = 0; i < image->data.size(); i += 3) grey.push_back(std::to_integer<std::uint8_t>(image->data[i]));
-  TagDetectorOptions options;
-  options.families = {board.family};
-  auto detector = TagDetector::make(options);
-  const auto tags = detector->detect({grey, image->width, image->height, static_cast<std::size_t>(image->width)});
-  EXPECT_TRUE(tags) << tags.status().message();
-  EXPECT_EQ(tags->size(), static_cast<std::size_t>(board.tags()));
+  const auto tags = test::printed_tags(png, board.family, dpi);
+  EXPECT_EQ(tags.size(), static_cast<std::size_t>(board.tags()));
   double worst = 0;
-  for (const TagDetection& tag : *tags) {
-    EXPECT_TRUE(board.holds(tag.family, tag.id)) << tag.id;
-    EXPECT_EQ(tag.hamming, 0);
-    EXPECT_TRUE(tag.refined) << tag.id;
-    if (!board.holds(tag.family, tag.id)) continue;
-    const auto corners = board.corners(tag.id);
-    for (std::size_t k = 0; k < 4; ++k) {
-      // Pixel (0, 0) is the centre of the first, half a pixel from the sheet's edge.
-      const double x = (tag.corners[k].x + 0.5) * 25.4 / dpi, y = (tag.corners[k].y + 0.5) * 25.4 / dpi;
-      worst = std::max(worst, std::hypot(x - (sheet.origin_x_mm + 1000 * corners[k].x),
-                                         y - (sheet.origin_y_mm - 1000 * corners[k].y)));
-    }
+  for (const auto& [id, printed] : tags) {
+    EXPECT_TRUE(board.holds(board.family, id)) << id;
+    if (!board.holds(board.family, id)) continue;
+    const auto corners = board.corners(id);
+    for (std::size_t k = 0; k < 4; ++k)
+      worst = std::max(worst, std::hypot(printed[k].x - (sheet.origin_x_mm + 1000 * corners[k].x),
+                                         printed[k].y - (sheet.origin_y_mm - 1000 * corners[k].y)));
   }
-  std::cout << tags->size() << " tags at " << dpi << " dpi: the worst corner is off by " << worst << " mm\n";
+  std::cout << tags.size() << " tags at " << dpi << " dpi: the worst corner is off by " << worst << " mm\n";
   return worst;
 }
 

@@ -57,7 +57,8 @@ TEST_P(PrintedMarker, HasEveryTagInItsPlaceTrueToScale) {
   const TempDir folder;
   const Said said =
       run(marker_sheet_command, {"--body", p.solid, "--size-mm", std::to_string(p.size_mm), "--paper-kind", p.kind, "--family", p.family,
-                                 "--paper", p.paper, "--first-id", std::to_string(p.first_id), "--dpi", "150", "--output", folder.path("sheet.png")});
+                                 "--paper", p.paper, "--first-id", std::to_string(p.first_id), "--dpi", "150", "--output",
+                                 folder.path("sheet.png")});
   ASSERT_EQ(said.status, 0) << said.err;
   const TagFamily family = *parse_tag_family(p.family);
   const MarkerBody body = marker_body(p.solid, p.size_mm / 1000, *parse_paper_kind(p.kind), family, p.first_id);
@@ -155,7 +156,10 @@ TEST(MarkerSheet, OfABallHasACrossWhereItStands) {
   // The circle around the cross is the ball's width.
   double left = 1e9, right = 0, top = 1e9, bottom = 0;
   for (const auto& outline : pages->front().areas.back().outlines)
-    for (const PagePoint& p : outline) left = std::min(left, p.x), right = std::max(right, p.x), top = std::min(top, p.y), bottom = std::max(bottom, p.y);
+    for (const PagePoint& p : outline) {
+      left = std::min(left, p.x), right = std::max(right, p.x);
+      top = std::min(top, p.y), bottom = std::max(bottom, p.y);
+    }
   EXPECT_NEAR((left + right) / 2, foot.x, 0.01);
   EXPECT_NEAR((top + bottom) / 2, foot.y, 0.01);
   EXPECT_NEAR(right - left, 40, 0.2);
