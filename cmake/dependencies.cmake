@@ -52,7 +52,7 @@ pkg_check_modules(AVAHI_CLIENT QUIET IMPORTED_TARGET avahi-client)
 
 if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(OpenEXR libopenexr-dev CONFIG)
-  lightwell_find(OpenCV libopencv-dev COMPONENTS core imgproc imgcodecs)
+  lightwell_find(OpenCV libopencv-dev COMPONENTS core imgproc imgcodecs calib3d)
   lightwell_find(JPEG libjpeg-dev)
   lightwell_find(Eigen3 libeigen3-dev CONFIG)
   lightwell_find(Ceres libceres-dev CONFIG)

@@ -39,7 +39,8 @@ Status S1TagDetector::look(const S1Picture& picture, const std::vector<std::uint
 }
 
 Result<std::vector<S1Tag>> S1TagDetector::detect(const S1Picture& picture) {
-  const auto width = static_cast<std::size_t>(std::max(0, picture.width)), height = static_cast<std::size_t>(std::max(0, picture.height));
+  const auto width = static_cast<std::size_t>(std::max(0, picture.width));
+  const auto height = static_cast<std::size_t>(std::max(0, picture.height));
   const std::size_t row = width * static_cast<std::size_t>(picture.channels);
   if (width == 0 || height == 0 || picture.stride < row || picture.data.size() < (height - 1) * picture.stride + row)
     return Status(StatusCode::invalid_argument, "the bytes do not hold the picture");
@@ -47,9 +48,11 @@ Result<std::vector<S1Tag>> S1TagDetector::detect(const S1Picture& picture) {
   for (std::size_t y = 0; y < height; ++y) {
     const std::uint8_t* from = picture.data.data() + y * picture.stride;
     // Luma of Rec. 601, in 256ths: what webcams send.
-    for (std::size_t x = 0; x < width; ++x)
-      grey_[y * width + x] = picture.channels == 1 ? from[x]
-                                                   : static_cast<std::uint8_t>((77 * from[3 * x] + 150 * from[3 * x + 1] + 29 * from[3 * x + 2] + 128) / 256);
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::uint8_t* p = from + 3 * x;
+      grey_[y * width + x] =
+          picture.channels == 1 ? from[x] : static_cast<std::uint8_t>((77 * p[0] + 150 * p[1] + 29 * p[2] + 128) / 256);
+    }
   }
   std::vector<S1Tag> tags;
   if (options_.thresholds.empty()) {
@@ -57,7 +60,8 @@ Result<std::vector<S1Tag>> S1TagDetector::detect(const S1Picture& picture) {
   }
   for (const int threshold : options_.thresholds) {
     binary_.resize(grey_.size());
-    std::transform(grey_.begin(), grey_.end(), binary_.begin(), [&](std::uint8_t v) { return static_cast<std::uint8_t>(v > threshold ? 255 : 0); });
+    std::transform(grey_.begin(), grey_.end(), binary_.begin(),
+                   [&](std::uint8_t v) { return static_cast<std::uint8_t>(v > threshold ? 255 : 0); });
     if (const Status s = look(picture, binary_, tags); !s.ok()) return s;
   }
   return tags;

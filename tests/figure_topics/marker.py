@@ -1,0 +1,112 @@
+"""Topic marker: light from a marker body, beside the seed's algorithm and the seed's own figures.
+
+The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees above the board at 61 cm, path-traced; ten noisy
+8-bit frames of each picture. Errors are of the direction from the body's centre.
+"""
+import json
+import subprocess
+
+from figure_topics.rows import at_most, known, reported, row
+
+TARGETS = ["measure_marker"]
+
+ENCODINGS = {"srgb": "sRGB", "linear": "linear"}
+PLACES = {"front": "in front", "front_right": "front right", "right": "right", "back_right": "back right", "behind": "behind"}
+# Two visible faces or more are lit: the faces tell.
+LIT = ("front", "front_right", "right")
+LIT_MEAN_DEG, LIT_WORST_DEG = 3, 8
+# No face or the top one alone is lit: the shadow on the board has to tell.
+BACK = ("back_right", "behind")
+BACK_WORST_DEG = 10
+# As in topic panorama: accuracy of which more than a tenth was flagged does not hold.
+MOST_FLAGGED = 10
+GROUPS = {"grid": "", "low": ", camera 10 deg above the board"}
+VIEWS = ("white.straight", "white.turned", "grey.straight", "grey.turned")
+SEEDS = {"seed_letter": "its perspective matrix to the letter, best fixed threshold",
+         "seed_half": "threshold of 0.5",
+         "seed_each": "the best threshold for each single frame"}
+
+REAL = "Mitsuba's pictures, simulated 8-bit sensor, {encoding}; real AprilTag"
+
+
+def lines_of(command, say):
+    """What a program prints, by figure; nothing of one that failed."""
+    say(" ".join(str(getattr(c, "name", c)) for c in command))
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        return {}
+    return {item["figure"]: item for item in map(json.loads, done.stdout.splitlines())}
+
+
+def share_flagged(item):
+    """Percent of frames; an answer that was not given at all counts as flagged."""
+    return 100 * (item["flagged"] + item["unanswered"]) / item["frames"] if item.get("frames") else None
+
+
+def unless_flagged(judged, item):
+    share = share_flagged(item)
+    return {**judged, "holds": judged["holds"] and share is not None and share <= MOST_FLAGGED}
+
+
+def right_or_flagged(name, limit, item, real):
+    """Nothing is asked but that no answer is confident and wrong."""
+    if not item.get("frames"):
+        return row(name, f"<= {limit:g} or flagged", "not measured", "deg", False, real)
+    if share_flagged(item) == 100:
+        return row(name, f"<= {limit:g} or flagged", "all flagged", "deg", True, real)
+    worst = item["value"]
+    return row(name, f"<= {limit:g} or flagged", worst if known(worst) else "not measured", "deg", known(worst) and worst <= limit, real)
+
+
+def grid_of_ours(figures):
+    rows = []
+    for encoding, encoding_name in ENCODINGS.items():
+        real = REAL.format(encoding=encoding_name)
+        get = lambda figure: figures.get(f"ours.{encoding}.{figure}", {})
+        for place in LIT:
+            mean, worst = get(f"grid.{place}.mean"), get(f"grid.{place}.worst")
+            name = f"lamp {PLACES[place]}, {encoding_name}"
+            rows.append(unless_flagged(at_most(f"{name}: direction, mean", LIT_MEAN_DEG, mean.get("value"), "deg", real), mean))
+            rows.append(unless_flagged(at_most(f"{name}: direction, worst frame", LIT_WORST_DEG, worst.get("value"), "deg", real), worst))
+            rows.append(at_most(f"{name}: frames that are flagged", MOST_FLAGGED, share_flagged(mean), "%", real))
+        for group, where in GROUPS.items():
+            for place in BACK:
+                worst = get(f"{group}.{place}.worst")
+                name = f"lamp {PLACES[place]}, shadow in view{where}, {encoding_name}"
+                rows.append(unless_flagged(at_most(f"{name}: direction, worst frame", BACK_WORST_DEG, worst.get("value"), "deg", real), worst))
+                rows.append(at_most(f"{name}: frames that are flagged", MOST_FLAGGED, share_flagged(worst), "%", real))
+        for place in BACK:
+            worst = get(f"air.{place}.worst")
+            name = f"lamp {PLACES[place]}, no board, {encoding_name}"
+            rows.append(right_or_flagged(f"{name}: direction, worst frame", BACK_WORST_DEG, worst, real))
+            rows.append(reported(f"{name}: frames that are flagged", share_flagged(worst), "%", real))
+    return rows
+
+
+def grid_of_seed(figures):
+    """Context: what the thesis measured of itself (`published`), and its algorithm on these frames at the best fixed threshold."""
+    rows = []
+    thesis = lambda what: figures.get(f"thesis.{what}", {}).get("value")
+    for encoding, encoding_name in ENCODINGS.items():
+        real = REAL.format(encoding=encoding_name)
+        name = f"seed's algorithm, {encoding_name}"
+        get = lambda figure: figures.get(f"seed.{encoding}.{figure}", {})
+        rows.append(reported(f"{name}: best fixed threshold", get("setting").get("value"), "", real))
+        for place, place_name in PLACES.items():
+            rows.append(reported(f"{name}, lamp {place_name}: direction, mean", get(f"grid.{place}.mean").get("value"), "deg", real, thesis(place)))
+            rows.append(reported(f"{name}, lamp {place_name}: direction, worst frame", get(f"grid.{place}.worst").get("value"), "deg", real))
+        for view in VIEWS:
+            rows.append(reported(f"{name}, {view.replace('.', ' body, ')}: direction, mean", get(f"grid.{view}.mean").get("value"), "deg",
+                                 real, thesis(view)))
+        rows.append(reported(f"{name}: direction, mean of all", get("grid.mean").get("value"), "deg", real, thesis("mean")))
+        rows.append(reported(f"{name}: direction, median of all", get("grid.median").get("value"), "deg", real, thesis("median")))
+        rows.append(reported(f"{name}: frames without an answer", share_flagged(get("grid.mean")), "%", real))
+        for column, what in SEEDS.items():
+            value = figures.get(f"{column}.{encoding}.grid.mean", {}).get("value")
+            rows.append(reported(f"{name}, {what}: direction, mean of all", value, "deg", real, thesis("mean")))
+    return rows
+
+
+def measure(programs, say):
+    figures = lines_of([programs / "measure_marker"], say)
+    return grid_of_ours(figures) + grid_of_seed(figures)

@@ -1,0 +1,166 @@
+// Light from a marker on path-traced frames: prints one JSON object a line for tests/figures: figure, value (degrees between the
+// answered and the true direction from the body's centre), frames, flagged, unanswered (numbers of frames; those do not count into
+// the value).
+//   thesis.mean, .median, .PLACE, .BODY.VIEW     what the seed's author measured, with `where`
+//   COLUMN.ENCODING.setting                      what was chosen over all frames (the seed's threshold)
+//   COLUMN.ENCODING.GROUP.mean, .median, .worst  over a group of frames (grid, low, air)
+//   COLUMN.ENCODING.GROUP.PLACE.mean, .worst     lamp in front, front_right, right, back_right, behind
+//   COLUMN.ENCODING.GROUP.BODY.VIEW.mean         white or grey, straight or turned
+//   COLUMN.ENCODING.GROUP.BODY.VIEW.PLACE.mean   one case
+// Columns: measure/marker_methods.hpp. Encodings: srgb, linear. Sensor, exposure: measure/traced_frames.hpp; the same noise in
+// every run.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <numbers>
+#include <set>
+#include <string>
+
+#include "bench/s1_published.hpp"
+#include "measure/marker_methods.hpp"
+#include "measure/traced_frames.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+constexpr const char* kUsage =
+    "usage: measure_marker [--noisy N] [--frames FOLDER] [--bodies FOLDER]\n"
+    "Light from a marker on path-traced frames, one JSON object a line: the seed of the literature, and what it published.\n"
+    "  --noisy N         noisy 8-bit frames of each picture [10]\n"
+    "  --frames FOLDER   with scenes.json and the pictures [tests/reference/mitsuba/marker]\n"
+    "  --bodies FOLDER   with dodecahedron_100mm_{white,grey}.textproto [firmware/estimate/marker/bodies]\n"
+    "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
+
+[[noreturn]] void fail(const Status& s) {
+  std::fprintf(stderr, "measure_marker: %s\n", s.message().c_str());
+  std::exit(1);
+}
+
+struct Errors {
+  std::vector<double> deg;
+  int frames = 0, flagged = 0, unanswered = 0;
+
+  void add(const measure::MarkerAnswer& answer, Vec3d truth) {
+    ++frames;
+    if (!answer.given)
+      ++unanswered;
+    else if (answer.flagged)
+      ++flagged;
+    else
+      deg.push_back(angle_between(answer.direction, truth) * 180 / std::numbers::pi);
+  }
+  [[nodiscard]] double mean() const {
+    double sum = 0;
+    for (const double d : deg) sum += d;
+    return sum / static_cast<double>(deg.size());
+  }
+  [[nodiscard]] double worst() const { return deg.empty() ? NAN : *std::max_element(deg.begin(), deg.end()); }
+  [[nodiscard]] double median() const {
+    if (deg.empty()) return NAN;
+    std::vector<double> sorted = deg;
+    std::sort(sorted.begin(), sorted.end());
+    return 0.5 * (sorted[(sorted.size() - 1) / 2] + sorted[sorted.size() / 2]);
+  }
+};
+
+void print(const std::string& figure, double value, const Errors& of) {
+  std::printf("{\"figure\": \"%s\", \"value\": ", figure.c_str());
+  if (std::isfinite(value))
+    std::printf("%.5g", value);
+  else
+    std::printf("null");
+  std::printf(", \"frames\": %d, \"flagged\": %d, \"unanswered\": %d}\n", of.frames, of.flagged, of.unanswered);
+}
+
+void print(const bench::S1Published& p) {
+  std::printf("{\"figure\": \"thesis.%s\", \"value\": %.5g, \"percent\": %.5g, \"where\": \"%s\"}\n", p.what, p.degrees(), p.percent, p.where);
+}
+
+void print(const measure::MarkerColumn& column, const std::string& encoding, const std::vector<const measure::TracedFrame*>& looked_at) {
+  const std::string name = column.name + "." + encoding;
+  if (column.setting > 0) std::printf("{\"figure\": \"%s.setting\", \"value\": %.5g}\n", name.c_str(), column.setting);
+  std::map<std::string, Errors> groups, places, views, cases;
+  for (std::size_t k = 0; k < looked_at.size(); ++k) {
+    const measure::TracedFrame& f = *looked_at[k];
+    const std::string group = name + "." + f.group, view = group + "." + f.body + "." + f.view;
+    for (Errors* errors : {&groups[group], &places[group + "." + f.place], &views[view], &cases[view + "." + f.place]})
+      errors->add(column.answers[k], f.lamps.front().direction);
+  }
+  for (const auto& [figure, errors] : groups) {
+    print(figure + ".mean", errors.mean(), errors);
+    print(figure + ".median", errors.median(), errors);
+    print(figure + ".worst", errors.worst(), errors);
+  }
+  for (const auto& [figure, errors] : places) {
+    print(figure + ".mean", errors.mean(), errors);
+    print(figure + ".worst", errors.worst(), errors);
+  }
+  for (const auto& [figure, errors] : views) print(figure + ".mean", errors.mean(), errors);
+  for (const auto& [figure, errors] : cases) print(figure + ".mean", errors.mean(), errors);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES;
+  int noisy = 10;
+  for (int i = 1; i < argc; i += 2) {
+    const bool has_value = i + 1 < argc;
+    if (std::strcmp(argv[i], "--help") == 0) return std::printf("%s", kUsage), 0;
+    if (has_value && std::strcmp(argv[i], "--noisy") == 0)
+      noisy = std::atoi(argv[i + 1]);
+    else if (has_value && std::strcmp(argv[i], "--frames") == 0)
+      frames_folder = argv[i + 1];
+    else if (has_value && std::strcmp(argv[i], "--bodies") == 0)
+      bodies_folder = argv[i + 1];
+    else
+      return std::fprintf(stderr, "%s", kUsage), 2;
+  }
+  if (noisy < 1) return std::fprintf(stderr, "%s", kUsage), 2;
+
+  const std::set<std::string> groups{"grid", "low", "air"};
+  const auto frames = measure::load_traced_frames(frames_folder);
+  if (!frames) fail(frames.status());
+  std::map<std::string, MarkerBody> bodies;
+  for (const char* variant : {"white", "grey"}) {
+    auto body = load_marker_body(bodies_folder + "/dodecahedron_100mm_" + variant + ".textproto");
+    if (!body) fail(body.status());
+    bodies.emplace(variant, std::move(*body));
+  }
+
+  print(bench::kS1Mean);
+  print(bench::kS1Median);
+  for (const auto& p : bench::kS1ByLamp) print(p);
+  for (const auto& p : bench::kS1ByView) print(p);
+
+  for (const bool srgb : {true, false}) {
+    auto seed = measure::make_seed_method(srgb);
+    if (!seed) fail(seed.status());
+    std::vector<std::unique_ptr<measure::MarkerMethod>> methods;
+    methods.push_back(std::move(*seed));
+    std::vector<const measure::TracedFrame*> looked_at;
+    measure::TracedSensor sensor;
+    sensor.srgb = srgb;
+    std::uint64_t number = 0;
+    for (const measure::TracedFrame& frame : *frames) {
+      if (!groups.contains(frame.group)) continue;
+      const MarkerBody& body = bodies.at(frame.body);
+      const auto picture = measure::TracedPicture::load(frames_folder, frame, body);
+      if (!picture) fail(picture.status());
+      const RigParameters rig = picture->rig_for(sensor);
+      for (int k = 0; k < noisy; ++k) {
+        const measure::Shot shot = picture->expose(sensor, number++);
+        for (const auto& method : methods)
+          if (const Status s = method->look(frame, rig, body, shot); !s.ok()) fail(s);
+        looked_at.push_back(&frame);
+      }
+    }
+    for (const auto& method : methods)
+      for (const measure::MarkerColumn& column : method->columns()) print(column, srgb ? "srgb" : "linear", looked_at);
+  }
+  return 0;
+}

@@ -1,0 +1,252 @@
+#include "measure/traced_frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include <google/protobuf/struct.pb.h>
+#include <google/protobuf/util/json_util.h>
+
+#include "calibration/camera_model.hpp"
+#include "camera/image_file.hpp"
+
+namespace lightwell::measure {
+
+namespace {
+
+using google::protobuf::Struct;
+using google::protobuf::Value;
+
+/// Reads fields of one frame; the first one that is missing or of another kind is remembered.
+class Fields {
+ public:
+  explicit Fields(const Struct& s) : struct_(&s) {}
+
+  [[nodiscard]] const Value* find(const std::string& name) const {
+    const auto found = struct_->fields().find(name);
+    return found == struct_->fields().end() ? nullptr : &found->second;
+  }
+  double number(const std::string& name) {
+    const Value* v = find(name);
+    return v != nullptr && v->has_number_value() ? v->number_value() : lack(name, 0.0);
+  }
+  std::string text(const std::string& name) {
+    const Value* v = find(name);
+    return v != nullptr && v->has_string_value() ? v->string_value() : lack(name, std::string());
+  }
+  template <std::size_t N>
+  std::array<double, N> numbers(const std::string& name) {
+    const Value* v = find(name);
+    std::array<double, N> out{};
+    if (v == nullptr || !v->has_list_value() || v->list_value().values_size() != static_cast<int>(N)) return lack(name, out);
+    for (std::size_t k = 0; k < N; ++k) out[k] = v->list_value().values(static_cast<int>(k)).number_value();
+    return out;
+  }
+  Vec3d vector(const std::string& name) {
+    const auto v = numbers<3>(name);
+    return {v[0], v[1], v[2]};
+  }
+  Fields inside(const std::string& name) {
+    const Value* v = find(name);
+    if (v == nullptr || !v->has_struct_value()) return lack(name, Fields(Struct::default_instance()));
+    return Fields(v->struct_value());
+  }
+  void take_lack_of(const Fields& other) {
+    if (lacking.empty()) lacking = other.lacking;
+  }
+
+  std::string lacking;
+
+ private:
+  template <class T>
+  T lack(const std::string& name, T instead) {
+    if (lacking.empty()) lacking = name;
+    return instead;
+  }
+  const Struct* struct_;
+};
+
+std::string view_of(double turn_deg) {
+  if (std::abs(turn_deg) < 1e-6) return "straight";
+  return std::abs(turn_deg - 36) < 1e-6 ? "turned" : "other";
+}
+
+std::string place_of(double azimuth_deg) {
+  static const std::map<int, std::string> names{
+      {0, "front"}, {45, "front_right"}, {90, "right"}, {135, "back_right"}, {180, "behind"}};
+  const auto found = names.find(static_cast<int>(std::lround(azimuth_deg)));
+  return found == names.end() || std::abs(azimuth_deg - found->first) > 1e-6 ? "other" : found->second;
+}
+
+TracedLamp lamp_of(Fields& of) {
+  TracedLamp lamp;
+  lamp.direction = normalized(of.vector("direction"));
+  lamp.position = of.vector("position_m");
+  lamp.distance_m = of.number("distance_m");
+  lamp.irradiance = of.numbers<3>("irradiance_rgb");
+  const Value* lit = of.find("seen_faces_lit");
+  lamp.seen_faces_lit = lit == nullptr ? 0 : lit->list_value().values_size();
+  return lamp;
+}
+
+Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
+  Fields of(s);
+  TracedFrame frame;
+  frame.name = name;
+  frame.file = of.text("file");
+  frame.group = of.text("group");
+  frame.body = of.text("body");
+  frame.view = view_of(of.number("turn_about_y_deg"));
+
+  Fields camera = of.inside("camera"), pose = of.inside("T_probe_body");
+  LensParameters lens;
+  lens.width = static_cast<int>(camera.number("width"));
+  lens.height = static_cast<int>(camera.number("height"));
+  MeiParameters pinhole;
+  pinhole.fx = camera.number("fx_px");
+  pinhole.fy = camera.number("fy_px");
+  pinhole.cx = camera.number("cx_px");
+  pinhole.cy = camera.number("cy_px");
+  lens.model = pinhole;
+  // A pinhole of any sense; the picture's corner is well within.
+  lens.max_angle_rad = 1.2;
+  lens.pose_cv = {upright_lens_cv(), {}};
+  frame.rig.lenses = {lens};
+  const auto q = pose.numbers<4>("q_xyzw");
+  frame.probe_body = {Quat{q[0], q[1], q[2], q[3]}.normalized(), pose.vector("t_m")};
+  of.take_lack_of(camera);
+  of.take_lack_of(pose);
+
+  const Value* board = of.find("board");
+  frame.board = board != nullptr && board->has_struct_value();
+  frame.place = "other";
+  const Value* lamps = of.find("lamps");
+  for (const Value& v : lamps == nullptr ? google::protobuf::ListValue().values() : lamps->list_value().values()) {
+    Fields lamp(v.struct_value());
+    if (frame.lamps.empty()) frame.place = place_of(lamp.number("azimuth_deg"));
+    frame.lamps.push_back(lamp_of(lamp));
+    of.take_lack_of(lamp);
+  }
+  if (!of.lacking.empty()) return Status(StatusCode::data_loss, "scenes.json: " + name + " lacks " + of.lacking);
+  if (const Status ok = frame.rig.validate(); !ok.ok()) return Status(ok.code(), "scenes.json: " + name + ": " + ok.message());
+  return frame;
+}
+
+/// Whether a pixel lies so far inside of a convex outline, which may run either way.
+bool inside(const std::vector<PixelPosition>& outline, double x, double y, double margin_px) {
+  double area = 0;
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    const PixelPosition &a = outline[k], &b = outline[(k + 1) % outline.size()];
+    area += a.x * b.y - b.x * a.y;
+  }
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    const PixelPosition &a = outline[k], &b = outline[(k + 1) % outline.size()];
+    const double across = ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) / std::hypot(b.x - a.x, b.y - a.y);
+    if ((area > 0 ? across : -across) < margin_px) return false;
+  }
+  return true;
+}
+
+/// The mean of the largest channel over the pixels inside; nothing of fewer than 20.
+std::optional<double> mean_inside(const std::vector<float>& rgb, int width, int height, const std::vector<PixelPosition>& outline) {
+  double left = width, right = 0, top = height, bottom = 0;
+  for (const PixelPosition& p : outline) {
+    left = std::min(left, p.x), right = std::max(right, p.x);
+    top = std::min(top, p.y), bottom = std::max(bottom, p.y);
+  }
+  std::array<double, 3> sum{};
+  int count = 0;
+  for (int y = std::max(0, static_cast<int>(top)); y <= std::min<double>(height - 1, bottom); ++y)
+    for (int x = std::max(0, static_cast<int>(left)); x <= std::min<double>(width - 1, right); ++x) {
+      if (!inside(outline, x, y, 1.5)) continue;
+      const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += rgb[3 * pixel + c];
+      ++count;
+    }
+  if (count < 20) return std::nullopt;
+  return *std::max_element(sum.begin(), sum.end()) / count;
+}
+
+double white_of(const std::vector<float>& rgb, const TracedFrame& frame, const MarkerBody& body) {
+  const LensParameters& lens = frame.rig.lenses.front();
+  const CameraModel model(lens);
+  const Pose lens_body = compose(inverse(lens.pose_cv), frame.probe_body);
+  const auto white = [](const MarkerPatch& p) { return *std::max_element(p.albedo.begin(), p.albedo.end()); };
+  double whitest = 0, best = 0;
+  for (const MarkerFace& face : body.faces)
+    for (const MarkerPatch& patch : face.patches) whitest = std::max(whitest, white(patch));
+  for (const MarkerFace& face : body.faces) {
+    const Pose lens_face = compose(lens_body, face.body_face);
+    if (dot(rotate(lens_face.rotation, Vec3d{0, 0, 1}), lens_face.translation) >= 0) continue;
+    for (const MarkerPatch& patch : face.patches) {
+      if (white(patch) < whitest - 1e-9) continue;
+      std::vector<PixelPosition> outline;
+      for (const FacePoint& p : patch.outline)
+        if (const auto pixel = model.project(transformed(lens_face, {p.x, p.y, 0}))) outline.push_back(*pixel);
+      if (outline.size() != patch.outline.size()) continue;
+      best = std::max(best, mean_inside(rgb, lens.width, lens.height, outline).value_or(0));
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+Result<std::vector<TracedFrame>> load_traced_frames(const std::string& folder) {
+  const std::string path = folder + "/scenes.json";
+  std::ifstream file(path);
+  if (!file) return Status(StatusCode::not_found, path + ": cannot be read");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  Struct all;
+  if (const auto s = google::protobuf::util::JsonStringToMessage(text, &all); !s.ok())
+    return Status(StatusCode::data_loss, path + ": " + std::string(s.message()));
+  Fields of(all);
+  const Value* frames = of.find("frames");
+  if (frames == nullptr || !frames->has_struct_value()) return Status(StatusCode::data_loss, path + ": lacks frames");
+  std::vector<TracedFrame> out;
+  for (const auto& [name, value] : frames->struct_value().fields()) {
+    Result<TracedFrame> frame = frame_of(name, value.struct_value());
+    if (!frame) return frame.status();
+    out.push_back(std::move(*frame));
+  }
+  // Of protobuf's map, which has no order of its own.
+  std::sort(out.begin(), out.end(), [](const TracedFrame& a, const TracedFrame& b) { return a.name < b.name; });
+  return out;
+}
+
+Result<TracedPicture> TracedPicture::load(const std::string& folder, const TracedFrame& frame, const MarkerBody& body) {
+  const std::string path = folder + "/" + frame.file;
+  const Result<Image> image = read_image(path);
+  if (!image) return image.status();
+  const LensParameters& lens = frame.rig.lenses.front();
+  if (image->format != PixelFormat::rgb_f32 || image->width != lens.width || image->height != lens.height)
+    return Status(StatusCode::data_loss, path + ": not the floats of the size that scenes.json says");
+  TracedPicture picture;
+  picture.rig_ = frame.rig;
+  picture.radiance_.emplace_back(image->data.size() / sizeof(float));
+  std::memcpy(picture.radiance_.front().data(), image->data.data(), image->data.size());
+  picture.white_ = white_of(picture.radiance_.front(), frame, body);
+  if (!(picture.white_ > 0)) return Status(StatusCode::data_loss, path + ": no white patch of the body is in view");
+  return picture;
+}
+
+RigParameters TracedPicture::rig_for(const TracedSensor& sensor) const {
+  RigParameters rig = rig_;
+  PhotometricCalibration& p = rig.lenses.front().photometry;
+  p.response.kind = sensor.srgb ? ResponseCurve::Kind::srgb : ResponseCurve::Kind::linear;
+  p.read_noise = sensor.read_noise;
+  p.shot_noise = sensor.electrons > 0 ? 1 / sensor.electrons : 0;
+  return rig;
+}
+
+Shot TracedPicture::expose(const TracedSensor& sensor, std::uint64_t number) const {
+  const double exposure[] = {sensor.white_level / white_};
+  return Camera(rig_for(sensor), PixelFormat::rgb8).develop(radiance_, exposure, number);
+}
+
+}  // namespace lightwell::measure

@@ -1,0 +1,158 @@
+#include "measure/traced_frames.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <OpenEXR/ImfRgbaFile.h>
+#include <gtest/gtest.h>
+
+#include "calibration/camera_model.hpp"
+#include "support/temp_dir.hpp"
+
+namespace lightwell::measure {
+namespace {
+
+// A pinhole of 120x90 with 100 px, and a body of one square face of 0.4 m, a metre ahead, that looks back at it: a quarter turn of
+// the body about its own x would show it from the side. In the picture the face is 40 px wide about the middle, (59.5, 44.5).
+constexpr const char* kScenes = R"({"frames": {
+  "b_frame": {"file": "b.exr", "group": "grid", "body": "white", "turn_about_y_deg": 36.0,
+    "camera": {"width": 120, "height": 90, "fx_px": 100.0, "fy_px": 100.0, "cx_px": 59.5, "cy_px": 44.5},
+    "T_probe_body": {"q_xyzw": [0, 0, 0, 1], "t_m": [0, 0, -1]},
+    "lamps": [{"direction": [0, 0.6, 0.8], "position_m": [0, 0.6, -0.2], "distance_m": 1, "azimuth_deg": 45.0,
+               "irradiance_rgb": [3, 2, 1], "seen_faces_lit": [0]}], "board": null},
+  "a_frame": {"file": "a.exr", "group": "air", "body": "grey", "turn_about_y_deg": 0,
+    "camera": {"width": 120, "height": 90, "fx_px": 100, "fy_px": 100, "cx_px": 59.5, "cy_px": 44.5},
+    "T_probe_body": {"q_xyzw": [0, 0, 0, 1], "t_m": [0, 0, -1]}, "lamps": [],
+    "board": {"size_m": [1, 1]}}}})";
+
+MarkerPatch square(double x, double y, double half, double albedo) {
+  return {{{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}}, {albedo, albedo, albedo}};
+}
+
+/// A white patch on the left, a grey one on the right.
+MarkerBody one_face() {
+  MarkerBody body;
+  body.tag_size_m = 0.02;
+  MarkerFace face;
+  face.outline = square(0, 0, 0.2, 1).outline;
+  face.patches = {square(-0.1, 0, 0.06, 0.8), square(0.1, 0, 0.06, 0.4)};
+  body.faces = {face};
+  return body;
+}
+
+/// Radiance `left` in columns up to the middle and `right` beyond.
+void write_exr(const std::string& path, int width, float left, float right) {
+  const int height = 90;
+  std::vector<Imf::Rgba> pixels;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const float v = x < width / 2 ? left : right;
+      pixels.emplace_back(v, v, v);
+    }
+  Imf::RgbaOutputFile file(path.c_str(), width, height, Imf::WRITE_RGB);
+  file.setFrameBuffer(pixels.data(), 1, static_cast<std::size_t>(width));
+  file.writePixels(height);
+}
+
+int byte_at(const Shot& shot, int x, int y) {
+  const View& view = shot.frames.front().views().front();
+  return static_cast<int>(view.data[static_cast<std::size_t>(y) * view.stride + 3 * static_cast<std::size_t>(x)]);
+}
+
+TEST(TracedFrames, AreReadInTheOrderOfTheirNames) {
+  const test::TempDir folder;
+  folder.write("scenes.json", kScenes);
+  const auto frames = load_traced_frames(folder.path(""));
+  ASSERT_TRUE(frames) << frames.status().message();
+  ASSERT_EQ(frames->size(), 2U);
+  const TracedFrame &a = frames->at(0), &b = frames->at(1);
+  EXPECT_EQ(a.name, "a_frame");
+  EXPECT_EQ(a.view, "straight");
+  EXPECT_EQ(a.place, "other");
+  EXPECT_TRUE(a.board);
+  EXPECT_EQ(b.file, "b.exr");
+  EXPECT_EQ(b.group, "grid");
+  EXPECT_EQ(b.body, "white");
+  EXPECT_EQ(b.view, "turned");
+  EXPECT_EQ(b.place, "front_right");
+  EXPECT_FALSE(b.board);
+  EXPECT_EQ(b.probe_body.translation, (Vec3d{0, 0, -1}));
+  ASSERT_EQ(b.lamps.size(), 1U);
+  EXPECT_NEAR(angle_between(b.lamps[0].direction, Vec3d{0, 0.6, 0.8}), 0, 1e-9);
+  EXPECT_EQ(b.lamps[0].irradiance[1], 2);
+  EXPECT_EQ(b.lamps[0].seen_faces_lit, 1);
+  // The probe's -Z is the picture's middle, its +Y up.
+  const CameraModel model(b.rig.lenses.front());
+  const auto pixel = model.project(transformed(inverse(b.rig.lenses.front().pose_cv), {0.1, 0.2, -1}));
+  ASSERT_TRUE(pixel);
+  EXPECT_NEAR(pixel->x, 69.5, 1e-9);
+  EXPECT_NEAR(pixel->y, 24.5, 1e-9);
+}
+
+TEST(TracedFrames, WhatIsMissingIsNamed) {
+  const test::TempDir folder;
+  EXPECT_EQ(load_traced_frames(folder.path("")).status().code(), StatusCode::not_found);
+  std::string text = kScenes;
+  text.replace(text.find("\"fy_px\""), 7, "\"fy\"");
+  folder.write("scenes.json", text);
+  const Status s = load_traced_frames(folder.path("")).status();
+  EXPECT_EQ(s.code(), StatusCode::data_loss);
+  EXPECT_NE(s.message().find("fy_px"), std::string::npos) << s.message();
+}
+
+TEST(TracedPicture, TheWhitePatchIsExposedToFourFifths) {
+  const test::TempDir folder;
+  folder.write("scenes.json", kScenes);
+  write_exr(folder.path("b.exr"), 120, 2.0F, 2.25F);
+  const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);
+  const auto picture = TracedPicture::load(folder.path(""), frame, one_face());
+  ASSERT_TRUE(picture) << picture.status().message();
+  // The brighter half has no white patch in it.
+  EXPECT_NEAR(picture->white_radiance(), 2.0, 1e-6);
+  TracedSensor quiet;
+  quiet.electrons = quiet.read_noise = 0;
+  // 0.8 of 255, and 0.9 of 255; sRGB of 0.8 is 0.9063.
+  EXPECT_EQ(byte_at(picture->expose(quiet, 1), 20, 45), 204);
+  EXPECT_NEAR(byte_at(picture->expose(quiet, 1), 100, 45), 229.5, 0.51);
+  quiet.srgb = true;
+  EXPECT_EQ(byte_at(picture->expose(quiet, 1), 20, 45), 231);
+}
+
+TEST(TracedPicture, NoiseIsWhatWasAskedForAndItsOwnInEveryFrame) {
+  const test::TempDir folder;
+  folder.write("scenes.json", kScenes);
+  write_exr(folder.path("b.exr"), 120, 2.0F, 2.0F);
+  const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);
+  const auto picture = TracedPicture::load(folder.path(""), frame, one_face());
+  ASSERT_TRUE(picture) << picture.status().message();
+  const Shot first = picture->expose({}, 1), again = picture->expose({}, 1), second = picture->expose({}, 2);
+  EXPECT_EQ(first.pixels, again.pixels);
+  EXPECT_NE(first.pixels, second.pixels);
+  double sum = 0, squares = 0;
+  for (const std::byte b : first.pixels.front()) {
+    const double v = static_cast<int>(b) / 255.0 - 0.8;
+    sum += v;
+    squares += v * v;
+  }
+  const auto count = static_cast<double>(first.pixels.front().size());
+  // Shot noise sqrt(0.8 / 10,000) = 0.00894, read noise 0.003, rounding 1 / 255 / sqrt(12) = 0.00113: together 0.00950. Of 32,400
+  // numbers the mean is known to 5e-5, the deviation to 4e-5.
+  EXPECT_NEAR(sum / count, 0, 3e-4);
+  EXPECT_NEAR(std::sqrt(squares / count), 0.00950, 2e-4);
+}
+
+TEST(TracedPicture, AnotherSizeOrNoWhiteInViewIsRefused) {
+  const test::TempDir folder;
+  folder.write("scenes.json", kScenes);
+  const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);
+  EXPECT_EQ(TracedPicture::load(folder.path(""), frame, one_face()).status().code(), StatusCode::not_found);
+  write_exr(folder.path("b.exr"), 100, 2.0F, 2.0F);
+  EXPECT_EQ(TracedPicture::load(folder.path(""), frame, one_face()).status().code(), StatusCode::data_loss);
+  write_exr(folder.path("b.exr"), 120, 2.0F, 2.0F);
+  MarkerBody away = one_face();
+  away.faces[0].body_face.rotation = Quat::about({0, 1, 0}, std::numbers::pi);
+  EXPECT_EQ(TracedPicture::load(folder.path(""), frame, away).status().code(), StatusCode::data_loss);
+}
+
+}  // namespace
+}  // namespace lightwell::measure
