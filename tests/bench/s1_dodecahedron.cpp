@@ -125,7 +125,7 @@ S1Marker s1_marker(const MarkerBody& body, S1Encoding encoding, std::size_t poin
     for (const MarkerFace& b : body.faces)
       if (&a != &b) nearest = std::max(nearest, dot(normal_of(a.body_face), normal_of(b.body_face)));
   }
-  // Of the regular bodies the next nearest are 0.45 and more away from this cosine.
+  // Of the regular bodies the cosine of the next nearest is less by 0.4 and more.
   constexpr double kSame = 0.05;
   for (std::size_t a = 0; a < marker.faces.size(); ++a)
     for (std::size_t b = 0; b < marker.faces.size(); ++b)

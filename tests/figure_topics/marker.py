@@ -93,8 +93,9 @@ def grid_of_seed(figures):
         get = lambda figure: figures.get(f"seed.{encoding}.{figure}", {})
         rows.append(reported(f"{name}: best fixed threshold", get("setting").get("value"), "", real))
         for place, place_name in PLACES.items():
-            rows.append(reported(f"{name}, lamp {place_name}: direction, mean", get(f"grid.{place}.mean").get("value"), "deg", real, thesis(place)))
-            rows.append(reported(f"{name}, lamp {place_name}: direction, worst frame", get(f"grid.{place}.worst").get("value"), "deg", real))
+            mean, worst = get(f"grid.{place}.mean").get("value"), get(f"grid.{place}.worst").get("value")
+            rows.append(reported(f"{name}, lamp {place_name}: direction, mean", mean, "deg", real, thesis(place)))
+            rows.append(reported(f"{name}, lamp {place_name}: direction, worst frame", worst, "deg", real))
         for view in VIEWS:
             rows.append(reported(f"{name}, {view.replace('.', ' body, ')}: direction, mean", get(f"grid.{view}.mean").get("value"), "deg",
                                  real, thesis(view)))
