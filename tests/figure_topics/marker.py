@@ -51,11 +51,11 @@ def unless_flagged(judged, item):
 def right_or_flagged(name, limit, item, real):
     """Nothing is asked but that no answer is confident and wrong."""
     if not item.get("frames"):
-        return row(name, f"<= {limit:g} or flagged", "not measured", "deg", False, real)
+        return row(name, f"flagged, or <= {limit:g}", "not measured", "deg", False, real)
     if share_flagged(item) == 100:
-        return row(name, f"<= {limit:g} or flagged", "all flagged", "deg", True, real)
+        return row(name, f"flagged, or <= {limit:g}", "all flagged", "deg", True, real)
     worst = item["value"]
-    return row(name, f"<= {limit:g} or flagged", worst if known(worst) else "not measured", "deg", known(worst) and worst <= limit, real)
+    return row(name, f"flagged, or <= {limit:g}", worst if known(worst) else "not measured", "deg", known(worst) and worst <= limit, real)
 
 
 def grid_of_ours(figures):
