@@ -166,6 +166,7 @@ BROKEN = [
     ("tests/firmware/a_test.cpp", ["<lightwell/probe.hpp>"], ["firmware and host_sdk meet"]),
     ("tests/host_sdk/a_test.cpp", ['"sim/scene.hpp"'], ["firmware and host_sdk meet"]),
     ("tests/reference/a.cpp", ["<lightwell/sh.hpp>"], ["an oracle knows nothing"]),
+    ("tests/reference/marker/a.cpp", ['"pose/tag.hpp"', '"estimate/common/lights.hpp"'], ["what draws a marker"]),
     ("tests/bench/a.cpp", ['"sim/scene.hpp"', "<lightwell/probe.hpp>"], ["firmware and host_sdk meet"]),
     ("tests/support/a.hpp", ["<opencv2/core.hpp>"], ["OpenCV in .cpp files only"]),
     ("hil/a.hpp", ["<opencv2/core.hpp>"], ["OpenCV in .cpp files only"]),

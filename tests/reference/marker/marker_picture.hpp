@@ -2,10 +2,12 @@
 //   pinhole_lens    an ordinary camera
 //   MarkerCamera    a lens with its rays; where a point, a tag's corners are
 //   RadiancePicture, render
+//   SurfacePicture, see_surfaces   which surface each pixel shows, and what shades it
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -61,6 +63,20 @@ struct RenderOptions {
 
 [[nodiscard]] RadiancePicture render(const MarkerScene& scene, const MarkerCamera& camera,
                                      const RenderOptions& options = {});
+
+/// What the rays through pixels' centres meet, rows from the top.
+struct SurfacePicture {
+  int width = 0, height = 0;
+  std::vector<Surface> surfaces;
+  /// Bit k: something hides lamp k there, all or a part of it. A surface that is turned away is not hidden.
+  std::vector<std::uint32_t> shaded;
+
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+};
+
+[[nodiscard]] SurfacePicture see_surfaces(const MarkerScene& scene, const MarkerCamera& camera);
 
 /// Pixels of a face's tag corners as TagDetection has them: bottom left, bottom right, top right, top left. Nothing where
 /// the face is turned away or a corner has no pixel; what hides them is not asked.

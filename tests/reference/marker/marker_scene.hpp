@@ -14,7 +14,7 @@
 
 #include <array>
 #include <cstddef>
-#include <functional>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <variant>
@@ -110,6 +110,16 @@ struct MarkerScene {
 /// The plane of the face of tag `tag_id`, facing the body; `point` below the face's tag. std::out_of_range where the body
 /// has no such face.
 [[nodiscard]] MarkerTable table_under(const MarkerBody& body, const Pose& probe_body, int tag_id, const Rgb& albedo);
+
+enum class SurfaceKind : std::uint8_t { none, face, ball, occluder, table };
+
+/// Which surface; `index` counts faces or occluders.
+struct Surface {
+  SurfaceKind kind = SurfaceKind::none;
+  std::size_t index = 0;
+
+  friend bool operator==(const Surface&, const Surface&) = default;
+};
 
 /// Light on a small flat surface.
 struct Incident {
