@@ -136,17 +136,19 @@ S1Marker s1_marker(const MarkerBody& body, S1Encoding encoding, std::size_t poin
 
 std::optional<Pose> s1_face_pose(const S1Tag& tag, const S1Camera& camera, double tag_size_m) {
   const double half = tag_size_m / 2;
-  // The order that IPPE_SQUARE asks for: top left, top right, bottom right, bottom left.
+  // The order that IPPE_SQUARE asks for, of a tag whose y points down and whose z points away from who reads it: of one that
+  // faces the camera with y up the rotation vector is pi long, where OpenCV's IPPE makes zero of it.
   const std::vector<cv::Point3d> corners{{-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
   std::vector<cv::Point2d> pixels;
-  for (const std::size_t k : {3U, 2U, 1U, 0U}) pixels.emplace_back(tag.corners_px[k].x, tag.corners_px[k].y);
+  for (const FacePoint& p : tag.corners_px) pixels.emplace_back(p.x, p.y);
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Vec3d turn, shift;
   if (!cv::solvePnP(corners, pixels, matrix, cv::noArray(), turn, shift, false, cv::SOLVEPNP_IPPE_SQUARE)) return std::nullopt;
   const double angle = cv::norm(turn);
   if (!std::isfinite(angle + cv::norm(shift)) || !(shift[2] > 0)) return std::nullopt;
   const Vec3d axis = normalized(Vec3d{turn[0], turn[1], turn[2]});
-  return Pose{Quat::about(axis, angle).normalized(), {shift[0], shift[1], shift[2]}};
+  constexpr Quat kOver{1, 0, 0, 0};
+  return Pose{(Quat::about(axis, angle) * kOver).normalized(), {shift[0], shift[1], shift[2]}};
 }
 
 std::vector<S1Seen> s1_sample(const S1Picture& picture, const S1Camera& camera, const S1Marker& marker,

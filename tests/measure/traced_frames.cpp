@@ -126,7 +126,7 @@ Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
   frame.board = board != nullptr && board->has_struct_value();
   frame.place = "other";
   const Value* lamps = of.find("lamps");
-  for (const Value& v : lamps == nullptr ? google::protobuf::ListValue().values() : lamps->list_value().values()) {
+  for (const Value& v : (lamps == nullptr ? Value::default_instance() : *lamps).list_value().values()) {
     Fields lamp(v.struct_value());
     if (frame.lamps.empty()) frame.place = place_of(lamp.number("azimuth_deg"));
     frame.lamps.push_back(lamp_of(lamp));
