@@ -20,8 +20,9 @@ constexpr double kMargin = 2.5;
 /// What no model of an edge is better than, px.
 constexpr double kFloor = 0.005;
 
-std::optional<RefinedCorner> meeting(const Edge& a, const Edge& b) {
-  double s = 0, t = 0;
+/// Where two edges meet, near `s0` of the one and `t0` of the other.
+std::optional<RefinedCorner> meeting(const Edge& a, const Edge& b, double s0 = 0, double t0 = 0) {
+  double s = s0, t = t0;
   for (int i = 0; i < 10; ++i) {
     const Vector2d ta = a.along + a.out * a.slope(s), tb = b.along + b.out * b.slope(t);
     Eigen::Matrix2d j;
@@ -31,7 +32,7 @@ std::optional<RefinedCorner> meeting(const Edge& a, const Edge& b) {
     const Vector2d step = j.inverse() * (b.at(t) - a.at(s));
     s += step.x();
     t += step.y();
-    if (!(std::abs(s) < kReach && std::abs(t) < kReach)) return std::nullopt;
+    if (!(std::abs(s - s0) < kReach && std::abs(t - t0) < kReach)) return std::nullopt;
     if (step.cwiseAbs().maxCoeff() < 1e-9) break;
   }
   const Vector2d p = a.at(s);
@@ -51,8 +52,8 @@ std::optional<RefinedCorner> meeting(const Edge& a, const Edge& b) {
   return RefinedCorner{{p.x(), p.y()}, {c(0, 0), c(0, 1), c(1, 1)}};
 }
 
-/// The edge from `corner` to `end` of a tag whose opposite side `opposite` tells where its inside is.
-std::optional<Edge> edge_from(Vector2d corner, Vector2d end, Vector2d opposite, int edge_cells) {
+/// The edge from `corner` to `end` of a tag whose opposite side `opposite` tells where its inside is, as far as `reach`.
+std::optional<Edge> edge_from(Vector2d corner, Vector2d end, Vector2d opposite, int edge_cells, double reach) {
   Edge e;
   const double length = (end - corner).norm();
   const Vector2d aside = opposite - corner;
@@ -65,8 +66,13 @@ std::optional<Edge> edge_from(Vector2d corner, Vector2d end, Vector2d opposite, 
   if (!(depth > 4) || sine < 0.15) return std::nullopt;
   e.cell = depth / edge_cells;
   e.begin = std::min(kMargin / sine, 0.25 * length);
-  e.end = std::min(length - e.begin, kReach);
+  e.end = std::min(length - e.begin, reach);
   return e;
+}
+
+/// One that wandered off by more than a cell belongs to something else.
+bool stayed(const RefinedCorner& corner, Vector2d given, const Edge& a, const Edge& b) {
+  return (Vector2d(corner.at.x, corner.at.y) - given).norm() < std::max({3.0, 1.5 * a.cell, 1.5 * b.cell});
 }
 
 }  // namespace
@@ -82,8 +88,8 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
   };
   for (std::size_t i = 0; i < 4; ++i) {
     const Vector2d next = given(i + 1), before = given(i + 3);
-    auto a = edge_from(given(i), next, before, outline.edge_cells);
-    auto b = edge_from(given(i), before, next, outline.edge_cells);
+    auto a = edge_from(given(i), next, before, outline.edge_cells, kReach);
+    auto b = edge_from(given(i), before, next, outline.edge_cells, kReach);
     if (!a || !b) continue;
     // A bent edge of a large tag lies far from the chord: first a wide look, then one along what was found.
     const auto look = [&](Edge& e, double most) { return follow(light, e, std::clamp(0.6 * e.cell, 1.0, most), sign); };
@@ -103,10 +109,31 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
     moved(*b);
     if (!look(*a, 3) || !look(*b, 3) || !fit(light, *a, sign) || !fit(light, *b, sign)) continue;
     const auto corner = meeting(*a, *b);
-    // One that wandered off by more than a cell belongs to something else.
-    if (corner &&
-        (Vector2d(corner->at.x, corner->at.y) - given(i)).norm() < std::max({3.0, 1.5 * a->cell, 1.5 * b->cell}))
-      out[i] = corner;
+    if (corner && stayed(*corner, given(i), *a, *b)) out[i] = corner;
+  }
+  return out;
+}
+
+std::array<std::optional<RefinedCorner>, 4> follow_corners(const GreyPicture& picture, const TagOutline& outline,
+                                                           std::span<const float> linear, double reach) {
+  std::array<std::optional<RefinedCorner>, 4> out;
+  const LinearPicture light(picture, linear);
+  const double sign = outline.dark_inside ? 1 : -1;
+  const auto given = [&](std::size_t i) {
+    const PixelPosition p = outline.corners[i % 4];
+    return Vector2d(p.x, p.y);
+  };
+  std::array<std::optional<Edge>, 4> edges;  // From corner i to i + 1.
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double length = (given(i + 1) - given(i)).norm();
+    edges[i] = edge_from(given(i), given(i + 1), given(i + 3), outline.edge_cells, length);
+    if (edges[i] && !follow(light, *edges[i], std::clamp(0.6 * edges[i]->cell, 1.0, reach), sign)) edges[i].reset();
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto &before = edges[(i + 3) % 4], &after = edges[i];
+    if (!before || !after) continue;
+    const auto corner = meeting(*before, *after, (given(i) - given(i + 3)).norm(), 0);
+    if (corner && stayed(*corner, given(i), *before, *after)) out[i] = corner;
   }
   return out;
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -19,8 +18,8 @@ class LinearPicture {
 
   [[nodiscard]] double at(int x, int y) const { return values_[picture_.at(x, y)]; }
   [[nodiscard]] bool holds(int x, int y) const { return x >= 0 && y >= 0 && x < picture_.width && y < picture_.height; }
-  /// Between pixels; nothing outside.
-  [[nodiscard]] std::optional<double> between(Eigen::Vector2d p) const;
+  /// Between pixels, at `from`, `from + step` and so on; false where a part of that lies outside.
+  [[nodiscard]] bool along(Eigen::Vector2d from, Eigen::Vector2d step, std::span<double> out) const;
   [[nodiscard]] int sides() const { return picture_.width + picture_.height; }
 
  private:
@@ -45,8 +44,8 @@ struct Edge {
   [[nodiscard]] Eigen::Vector2d tangent(double s) const { return (along + out * slope(s)).normalized(); }
 };
 
-/// A first parabola through the places where the picture grows fastest outwards (times `sign`), at most `reach` px
-/// aside; false where there is no edge for half of the way.
+/// A parabola through the places where the picture grows fastest outwards (times `sign`), at most `reach` px aside;
+/// fills `curve` and `covariance`. False where there is no edge for half of the way.
 [[nodiscard]] bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign);
 
 /// The blurred edge itself, from where `edge.curve` says it is; fills `curve` and `covariance`. False where there is no

@@ -19,6 +19,9 @@ constexpr int kSmallestSide = 32;
 constexpr double kApriltagCenter = 0.5;
 /// Of AprilTag's own corners, px; measured a few tenths, more where edges are bent.
 constexpr double kCoarseDeviation = 0.5;
+/// How far from AprilTag's straight edges the true ones are looked for, px; more by as much as the picture was made
+/// smaller.
+constexpr double kFollowReach = 1.5;
 
 PixelPosition middle_of(const std::array<PixelPosition, 4>& c) {
   return {(c[0].x + c[1].x + c[2].x + c[3].x) / 4, (c[0].y + c[1].y + c[2].y + c[3].y) / 4};
@@ -29,6 +32,12 @@ double reach_of(const std::array<PixelPosition, 4>& c) {
   double reach = 0;
   for (const PixelPosition p : c) reach = std::max(reach, std::hypot(p.x - m.x, p.y - m.y));
   return reach;
+}
+
+void sort(std::vector<TagDetection>& tags) {
+  std::stable_sort(tags.begin(), tags.end(), [](const TagDetection& a, const TagDetection& b) {
+    return std::pair(a.family, a.id) < std::pair(b.family, b.id);
+  });
 }
 
 /// Whether two detections are of one tag on the wall, not of two copies.
@@ -89,13 +98,14 @@ struct TagDetector::Inside {
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{nullptr, apriltag_detector_destroy};
 
   /// AprilTag's view of a picture; corners in our pixels, not refined.
-  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture) const;
-  void refine(const GreyPicture& picture, TagDetection& tag) const;
+  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture, double decimate) const;
+  void refine(const GreyPicture& picture, TagDetection& tag, double decimate) const;
 };
 
-std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture) const {
+std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture, double decimate) const {
   std::vector<TagDetection> out;
-  if (std::min(picture.width, picture.height) < kSmallestSide * options.decimate) return out;
+  if (std::min(picture.width, picture.height) < kSmallestSide * decimate) return out;
+  detector->quad_decimate = static_cast<float>(decimate);
   // AprilTag does not write to the picture; its type cannot say so.
   image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
                    const_cast<std::uint8_t*>(picture.data.data())};
@@ -111,7 +121,7 @@ std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture) 
     tag.id = one->id;
     tag.hamming = one->hamming;
     tag.decision_margin = static_cast<double>(one->decision_margin);
-    const double variance = kCoarseDeviation * kCoarseDeviation * options.decimate * options.decimate;
+    const double variance = kCoarseDeviation * kCoarseDeviation * decimate * decimate;
     for (std::size_t k = 0; k < 4; ++k) {
       tag.corners[k] = {one->p[k][0] - kApriltagCenter, one->p[k][1] - kApriltagCenter};
       tag.covariance[k] = {variance, 0, variance};
@@ -121,9 +131,13 @@ std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture) 
   return out;
 }
 
-void TagDetector::Inside::refine(const GreyPicture& picture, TagDetection& tag) const {
+void TagDetector::Inside::refine(const GreyPicture& picture, TagDetection& tag, double decimate) const {
+  if (options.corners == CornerWork::none) return;
   const TagShape shape = shape_of(tag.family);
-  const auto corners = refine_corners(picture, {tag.corners, shape.edge_cells, shape.dark_inside}, options.linear);
+  const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
+  const auto corners = options.corners == CornerWork::fitted
+                           ? refine_corners(picture, outline, options.linear)
+                           : follow_corners(picture, outline, options.linear, kFollowReach + decimate);
   tag.refined = true;
   for (std::size_t k = 0; k < 4; ++k) {
     if (corners[k]) {
@@ -158,13 +172,13 @@ Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
 
 Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  std::vector<TagDetection> tags = inside_->look(picture);
+  std::vector<TagDetection> tags = inside_->look(picture, inside_->options.decimate);
   // What a rectified view says of tags that were found plainly: a better start where edges are bent.
   std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
     for (const ViewAxes& axes : views_of(*lens, inside_->options.rectify_beyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
-      for (TagDetection tag : inside_->look(view.picture())) {
+      for (TagDetection tag : inside_->look(view.picture(), inside_->options.decimate)) {
         tag.rectified = true;
         if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
@@ -179,16 +193,37 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
       }
     }
   }
-  if (inside_->options.refine)
-    for (std::size_t i = 0; i < tags.size(); ++i) {
-      inside_->refine(picture, tags[i]);
-      if (tags[i].refined || !straight[i]) continue;
-      inside_->refine(picture, *straight[i]);
-      if (straight[i]->refined) tags[i] = *straight[i];
-    }
-  std::stable_sort(tags.begin(), tags.end(), [](const TagDetection& a, const TagDetection& b) {
-    return std::pair(a.family, a.id) < std::pair(b.family, b.id);
-  });
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    inside_->refine(picture, tags[i], inside_->options.decimate);
+    if (tags[i].refined || !straight[i]) continue;
+    inside_->refine(picture, *straight[i], inside_->options.decimate);
+    if (straight[i]->refined) tags[i] = *straight[i];
+  }
+  sort(tags);
+  return tags;
+}
+
+Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& picture, const PixelRegion& region,
+                                                         double decimate) {
+  if (const Status s = picture.validate(); !s.ok()) return s;
+  TagDetectorOptions asked;
+  asked.decimate = decimate;
+  if (const Status s = asked.validate(); !s.ok()) return Status(s.code(), "tag detector: " + s.message());
+  const int left = std::max(region.x, 0), top = std::max(region.y, 0);
+  // Sums of what a caller made up may not be an int.
+  const auto end = [](int first, int size, int most) {
+    return static_cast<int>(std::min<std::int64_t>(std::int64_t{first} + size, most));
+  };
+  const int right = end(region.x, region.width, picture.width), bottom = end(region.y, region.height, picture.height);
+  if (right <= left || bottom <= top) return std::vector<TagDetection>();
+  const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
+  const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
+  std::vector<TagDetection> tags = inside_->look(part, decimate);
+  for (TagDetection& tag : tags) {
+    for (PixelPosition& p : tag.corners) p = {p.x + left, p.y + top};
+    inside_->refine(picture, tag, decimate);
+  }
+  sort(tags);
   return tags;
 }
 

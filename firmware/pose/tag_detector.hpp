@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -39,6 +40,13 @@ struct TagDetection {
   bool rectified = false;  ///< Found in a rectified view, or refined from there.
 };
 
+/// What becomes of AprilTag's corners.
+enum class CornerWork : std::uint8_t {
+  none,      ///< Kept: good to half a pixel, to one where the picture was made smaller.
+  followed,  ///< Edges are followed in the picture: CORNERS_FOLLOWED.
+  fitted,    ///< The blurred edges are fitted: to hundredths of a pixel, 1 to 3 ms a tag.
+};
+
 struct TagDetectorOptions {
   std::vector<TagFamily> families = {TagFamily::tag36h11};
   /// Edges are looked for in a picture that many times smaller: 2 takes a third of the time and loses tags below 20 px.
@@ -49,8 +57,7 @@ struct TagDetectorOptions {
   int max_hamming = 1;
   /// Detections below are dropped.
   double min_decision_margin = 10;
-  /// Takes 2 to 3 ms a tag; off, corners are AprilTag's.
-  bool refine = true;
+  CornerWork corners = CornerWork::fitted;
   /// Linear light for each of 256 picture values (linear_table() of calibration/response.hpp); empty: they are linear.
   /// Matters where the picture is encoded (sRGB): a blurred edge's middle is then not half way between the values, and
   /// every tag looks up to half a pixel larger or smaller.
@@ -61,6 +68,13 @@ struct TagDetectorOptions {
   int threads = 1;
 
   [[nodiscard]] Status validate() const;
+};
+
+/// A part of a picture: pixels [x, x + width) of rows [y, y + height).
+struct PixelRegion {
+  int x = 0, y = 0, width = 0, height = 0;
+
+  friend bool operator==(const PixelRegion&, const PixelRegion&) = default;
 };
 
 /// Not thread-safe: one call at a time. Movable.
@@ -76,6 +90,13 @@ class TagDetector {
   /// adds rectified views; a tag across the seam of a picture of the whole sphere is not found. invalid_argument: a
   /// picture that does not validate.
   [[nodiscard]] Result<std::vector<TagDetection>> detect(const GreyPicture& picture, const CameraModel* lens = nullptr);
+
+  /// Tags in a part of the picture, as plainly as that: no rectified views. A tag must lie inside with the white around
+  /// it; its corners are places in the whole picture, and found there. `decimate` takes the place of the options'.
+  /// What `region` holds beyond the picture is left out. invalid_argument: a picture that does not validate, a decimate
+  /// that the options could not have.
+  [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const PixelRegion& region,
+                                                            double decimate);
 
  private:
   struct Inside;

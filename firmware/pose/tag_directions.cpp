@@ -150,8 +150,8 @@ Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, co
   if (!found.problem.empty()) return useless(found.problem);
   Pose probe_tag = found.lens_tag;
   probe_tag.translation += lens.pose_cv.translation;
-  out.world_probe = compose(tag.world_tag, inverse(probe_tag));
-  out.world_probe.rotation = out.world_probe.rotation.normalized();
+  out.probe_world = compose(probe_tag, inverse(tag.world_tag));
+  out.probe_world.rotation = out.probe_world.rotation.normalized();
   return out;
 }
 

@@ -29,7 +29,7 @@ struct SeenQuad {
   std::size_t index = 0;  ///< In the list of seen tags.
   const TagInRoom* tag = nullptr;
   std::vector<SeenCorner> corners;
-  Pose world_probe;  ///< From this tag alone: algebraic, good to a few pixels.
+  Pose probe_world;  ///< From this tag alone: algebraic, good to a few pixels.
 };
 
 /// "tag36h11 5 in lens 0", as messages name it.

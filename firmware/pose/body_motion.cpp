@@ -1,0 +1,110 @@
+#include "pose/body_motion.hpp"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace lightwell {
+
+namespace {
+
+/// Mean variance of three of the six numbers.
+double mean_variance(const PoseCovariance& c, std::size_t first) {
+  return (c[first][first] + c[first + 1][first + 1] + c[first + 2][first + 2]) / 3;
+}
+
+/// The turn that leads from `b` to `a`, as an axis times an angle, in the axes that both map into.
+Vec3d turn_between(Quat a, Quat b) {
+  Quat q = a * b.inverse();
+  if (q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
+  const Vec3d v{q.x, q.y, q.z};
+  const double sine = length(v);
+  return sine > 1e-12 ? v * (2 * std::atan2(sine, q.w) / sine) : v * 2.0;
+}
+
+Quat turned(Vec3d by, Quat q) {
+  const double angle = length(by);
+  return angle > 0 ? (Quat::about(normalized(by), angle) * q).normalized() : q;
+}
+
+/// A velocity measured as a difference over `seconds`.
+void learn(Vec3d& velocity, double& variance, Vec3d measured, double measured_variance, double acceleration,
+           double seconds) {
+  variance += acceleration * acceleration * seconds * seconds;
+  const double gain = variance / (variance + measured_variance);
+  velocity += (measured - velocity) * gain;
+  variance *= 1 - gain;
+}
+
+}  // namespace
+
+Status MotionOptions::validate() const {
+  for (const auto& [name, value] :
+       {std::pair("first_speed_m_per_s", first_speed_m_per_s), std::pair("first_turn_rad_per_s", first_turn_rad_per_s),
+        std::pair("acceleration_m_per_s2", acceleration_m_per_s2),
+        std::pair("acceleration_rad_per_s2", acceleration_rad_per_s2)})
+    if (!(value > 0 && value <= 1e4))
+      return {StatusCode::invalid_argument,
+              std::string("motion: ") + name + " is " + std::to_string(value) + "; it must be above 0, to 10,000"};
+  return {};
+}
+
+BodyMotion::State BodyMotion::start(ProbeTime at, const UncertainPose& noise, bool attitude_known) const {
+  return {at,
+          {noise, attitude_known},
+          {},
+          {},
+          options_.first_speed_m_per_s * options_.first_speed_m_per_s,
+          options_.first_turn_rad_per_s * options_.first_turn_rad_per_s};
+}
+
+void BodyMotion::see(ProbeTime at, const UncertainPose& noise, bool attitude_known) {
+  if (!last_ || at < last_->at) {
+    last_ = start(at, noise, attitude_known);
+    return;
+  }
+  const PoseCovariance &now = noise.covariance, &before = last_->seen.probe_body.covariance;
+  const double seconds = (at - last_->at).seconds();
+  if (!(seconds > 0)) {
+    if (mean_variance(now, 0) < mean_variance(before, 0)) last_->seen = {noise, attitude_known};
+    return;
+  }
+  State next = start(at, noise, attitude_known);
+  next.speed = last_->speed;
+  next.speed_variance = last_->speed_variance;
+  const Pose &here = noise.pose, &there = last_->seen.probe_body.pose;
+  const double per = 1 / seconds;
+  learn(next.speed, next.speed_variance, (here.translation - there.translation) * per,
+        (mean_variance(now, 3) + mean_variance(before, 3)) * per * per, options_.acceleration_m_per_s2, seconds);
+  // A turn from or to an attitude that may be the wrong one of two tells nothing.
+  if (attitude_known && last_->seen.attitude_known) {
+    next.turn = last_->turn;
+    next.turn_variance = last_->turn_variance;
+    learn(next.turn, next.turn_variance, turn_between(here.rotation, there.rotation) * per,
+          (mean_variance(now, 0) + mean_variance(before, 0)) * per * per, options_.acceleration_rad_per_s2, seconds);
+  }
+  last_ = next;
+}
+
+std::optional<BodyPrediction> BodyMotion::at(ProbeTime when) const {
+  if (!last_ || when < last_->at) return std::nullopt;
+  const double t = (when - last_->at).seconds();
+  BodyPrediction out = last_->seen;
+  out.probe_body.pose.translation += last_->speed * t;
+  out.probe_body.pose.rotation = turned(last_->turn * t, out.probe_body.pose.rotation);
+  // What the velocity adds, and what an acceleration that began with the last frame does.
+  const auto grown = [&](double variance, double acceleration) {
+    const double more = acceleration * t * t;
+    return variance * t * t + more * more;
+  };
+  const double rotation = grown(last_->turn_variance, options_.acceleration_rad_per_s2),
+               translation = grown(last_->speed_variance, options_.acceleration_m_per_s2);
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.probe_body.covariance[i][i] += rotation;
+    out.probe_body.covariance[i + 3][i + 3] += translation;
+  }
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,234 @@
+#include "pose/body_pose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <Eigen/Dense>
+
+#include "pose/corner_solver.hpp"
+#include "pose/focal_doubt.hpp"
+#include "pose/tag_directions.hpp"
+
+namespace lightwell {
+
+namespace {
+
+/// A step that brings less than a millionth of chi² moves the answer by a thousandth of its deviation.
+constexpr SolverEffort kEffort{30, 1e-7};
+/// Of chi² with six degrees of freedom: one in 10,000 is beyond 28; predictions are coarse.
+constexpr double kNear = 50;
+/// Mean of a corner's squared error after the forgiving loss, in standard deviations: below it is no wrong valley.
+constexpr double kFits = 15;
+constexpr const char* kContradicts = "it contradicts the others";
+
+Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body: " + what}; }
+
+/// `pose` against the prediction, whose doubt is much larger than the pose's own.
+bool near(const std::optional<BodyPrediction>& prediction, const Pose& pose) {
+  if (!prediction) return false;
+  const Pose& before = prediction->probe_body.pose;
+  const Quat q = pose.rotation * before.rotation.inverse();
+  const double s = q.w < 0 ? -2 : 2;
+  const Vec3d t = pose.translation - before.translation;
+  Vector6d error;
+  error << s * q.x, s * q.y, s * q.z, t.x, t.y, t.z;
+  Matrix6d covariance;
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c)
+      covariance(r, c) =
+          prediction->probe_body.covariance[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+  const Eigen::LLT<Matrix6d> root(covariance);
+  if (root.info() != Eigen::Success) return false;
+  return error.dot(root.solve(error)) < kNear;
+}
+
+bool faces_the_lens(const SeenQuad& quad, const Pose& probe_body) {
+  const Pose probe_face = compose(probe_body, quad.tag->world_tag);
+  return dot(rotate(probe_face.rotation, Vec3d{0, 0, 1}), quad.corners[0].lens - probe_face.translation) > 0;
+}
+
+Quads believed(const Quads& all, const Pose& probe_body) {
+  Quads out = agreeing(all, probe_body);
+  std::erase_if(out, [&](const SeenQuad* quad) { return !faces_the_lens(*quad, probe_body); });
+  return out;
+}
+
+bool holds(const Quads& quads, const SeenQuad& quad) {
+  return std::find(quads.begin(), quads.end(), &quad) != quads.end();
+}
+
+struct Choice {
+  CornerSolution solution;
+  Quads used;
+};
+
+/// Which tags are believed, and the pose from them, roughly. A prediction that leads to a majority, or to where it
+/// predicted, spares the search.
+Choice choose(const Quads& all, const std::optional<BodyPrediction>& prediction) {
+  Choice out;
+  const auto enough = [&] { return 2 * out.used.size() > all.size(); };
+  if (prediction) {
+    out.solution = solved(all, std::nullopt, prediction->probe_body.pose, Loss::forgiving, kEffort);
+    if (std::isfinite(out.solution.cost)) {
+      const Pose found = out.solution.probe_world();
+      out.used = believed(all, found);
+      const bool fits = out.solution.cost < kFits * 4 * static_cast<double>(all.size());
+      if ((fits && enough()) || (!out.used.empty() && near(prediction, found))) return out;
+    }
+  }
+  out.solution = agreed(all, std::nullopt, kEffort);
+  if (std::isfinite(out.solution.cost)) out.used = believed(all, out.solution.probe_world());
+  if (!enough()) out.used.clear();
+  return out;
+}
+
+/// The two attitudes of the tags that are used; the first is the better one.
+struct Attitudes {
+  CornerSolution best, other;
+  bool ambiguous = false;
+};
+
+Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>& prediction, double odds,
+                       double freedom) {
+  Attitudes out;
+  out.best = solved(choice.used, std::nullopt, choice.solution.probe_world(), Loss::firm, kEffort);
+  if (!std::isfinite(out.best.cost)) return out;
+  CornerSolution other = solved(choice.used, std::nullopt, flipped(choice.used, out.best.probe_world()), Loss::firm, kEffort);
+  if (!std::isfinite(other.cost)) return out;
+  const Quat between = other.probe_middle.rotation * out.best.probe_middle.rotation.inverse();
+  // Two runs into one valley.
+  if (length(Vec3d{between.x, between.y, between.z}) < 1e-3) return out;
+  const Pose turned = other.probe_world();
+  for (const SeenQuad* quad : choice.used)
+    if (!faces_the_lens(*quad, turned)) return out;
+  out.other = std::move(other);
+  const double scale = std::max(1.0, out.best.cost / freedom);
+  out.ambiguous = out.other.cost - out.best.cost < 2 * std::log(odds) * scale;
+  if (out.ambiguous && prediction && prediction->attitude_known) {
+    const bool best_near = near(prediction, out.best.probe_world()), other_near = near(prediction, out.other.probe_world());
+    if (best_near != other_near) {
+      if (other_near) std::swap(out.best, out.other);
+      out.ambiguous = false;
+    }
+  }
+  return out;
+}
+
+std::string why_none(const std::vector<TagUse>& uses, std::size_t foreign) {
+  if (uses.empty()) return "no tag is seen";
+  if (foreign == uses.size())
+    return "none of the " + std::to_string(uses.size()) + " seen tags is one of the body's";
+  for (const TagUse& use : uses)
+    if (!use.left_out.empty()) return "no seen tag is of use: " + use.left_out;
+  return "no seen tag is of use";
+}
+
+}  // namespace
+
+Status BodyPoseOptions::validate() const {
+  if (!(model_error_px >= 0 && model_error_px <= 100))
+    return wrong("model_error_px is " + std::to_string(model_error_px) + "; it must be 0 to 100");
+  if (!(ambiguity_odds >= 1) || !std::isfinite(ambiguity_odds))
+    return wrong("ambiguity_odds is " + std::to_string(ambiguity_odds) + "; it must be at least 1");
+  if (!(focal_sigma >= 0 && focal_sigma <= 0.5))
+    return wrong("focal_sigma is " + std::to_string(focal_sigma) + "; it must be 0 to 0.5");
+  if (least_tags < 1 || least_tags > 64)
+    return wrong("least_tags is " + std::to_string(least_tags) + "; it must be 1 to 64");
+  return {};
+}
+
+Result<std::vector<TagInRoom>> tags_of(const MarkerBody& body) {
+  const Result<TagFamily> family = parse_tag_family(body.tag_family);
+  if (!family) return family.status();
+  std::vector<TagInRoom> out;
+  for (const MarkerFace& face : body.faces) out.push_back({*family, face.tag_id, body.tag_size_m, face.body_face});
+  return out;
+}
+
+Result<BodyPose> find_body_pose(const RigParameters& rig, const MarkerBody& body, std::span<const SeenTag> seen,
+                                const std::optional<BodyPrediction>& prediction, const BodyPoseOptions& options) {
+  if (const Status s = options.validate(); !s.ok()) return s;
+  const Result<std::vector<TagInRoom>> tags = tags_of(body);
+  if (!tags) return tags.status();
+  BodyPose out;
+  std::vector<SeenQuad> known;
+  known.reserve(seen.size());
+  std::size_t foreign = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const SeenTag& s = seen[i];
+    if (s.lens < 0 || static_cast<std::size_t>(s.lens) >= rig.lenses.size())
+      return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
+    TagUse& use = out.tags.emplace_back(TagUse{s.lens, s.tag.family, s.tag.id, 0, false, {}});
+    const auto tag = std::find_if(tags->begin(), tags->end(),
+                                  [&](const TagInRoom& t) { return t.family == s.tag.family && t.id == s.tag.id; });
+    if (tag == tags->end()) {
+      use.left_out = "it is not one of the body's";
+      ++foreign;
+      continue;
+    }
+    Result<SeenQuad> quad = directions_of(rig, s, *tag, options.model_error_px);
+    if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
+    if (!quad) {
+      use.left_out = quad.status().message();
+      continue;
+    }
+    quad->index = i;
+    known.push_back(std::move(*quad));
+  }
+  if (known.empty()) return Status(StatusCode::not_found, "body: " + why_none(out.tags, foreign));
+
+  Quads all;
+  for (const SeenQuad& quad : known) all.push_back(&quad);
+  const Choice choice = choose(all, prediction);
+  if (choice.used.empty())
+    return Status(StatusCode::failed_precondition,
+                  "body: the " + std::to_string(all.size()) + " tags seen of it contradict each other, no majority "
+                  "agrees on a pose; check that the body is built as its file says, and that only one is in view");
+  if (choice.used.size() < static_cast<std::size_t>(options.least_tags))
+    return Status(StatusCode::not_found, "body: " + std::to_string(choice.used.size()) +
+                                             " of its tags agree on a pose; least_tags asks for " +
+                                             std::to_string(options.least_tags));
+  const double freedom = 8.0 * static_cast<double>(choice.used.size()) - 6;
+  const Attitudes found = attitudes_of(choice, prediction, options.ambiguity_odds, freedom);
+  const std::optional<Matrix6d> noise =
+      std::isfinite(found.best.cost) ? noise_of(found.best) : std::optional<Matrix6d>();
+  if (!noise)
+    return Status(StatusCode::failed_precondition,
+                  "body: the corners seen do not determine a pose; it must be larger in the picture or less on edge");
+
+  const Pose probe_body = found.best.probe_world();
+  out.used = static_cast<int>(choice.used.size());
+  out.chi_square = found.best.cost / freedom;
+  const FocalDoubt focal = focal_doubt(rig, seen, choice.used, found.best, *noise);
+  out.focal = focal.check;
+  const Matrix6d covariance = std::max(1.0, out.chi_square) * *noise +
+                              options.focal_sigma * options.focal_sigma * focal.by_focal * focal.by_focal.transpose();
+  const UncertainPose to_origin{Pose{{}, -found.best.middle}, {}};
+  out.probe_body = compose(UncertainPose{found.best.probe_middle, covariance_from(covariance)}, to_origin);
+  // The lever from the corners' middle to the body's origin.
+  const Vec3d turn{focal.by_focal[0], focal.by_focal[1], focal.by_focal[2]};
+  const Vec3d moved = Vec3d{focal.by_focal[3], focal.by_focal[4], focal.by_focal[5]} +
+                      cross(turn, rotate(found.best.probe_middle.rotation, -found.best.middle));
+  out.by_focal = {turn.x, turn.y, turn.z, moved.x, moved.y, moved.z};
+  if (std::isfinite(found.other.cost)) {
+    out.alternative = found.other.probe_world();
+    out.alternative_excess = (found.other.cost - found.best.cost) / std::max(1.0, out.chi_square);
+    out.ambiguous = found.ambiguous;
+  }
+  double squares = 0;
+  for (const SeenQuad& quad : known) {
+    TagUse& use = out.tags[quad.index];
+    use.rms_px = rms_px(rig, seen[quad.index], *quad.tag, probe_body);
+    use.used = holds(choice.used, quad);
+    if (use.used)
+      squares += use.rms_px * use.rms_px;
+    else
+      use.left_out = faces_the_lens(quad, probe_body) ? kContradicts : "its face would be turned away";
+  }
+  out.rms_px = std::sqrt(squares / static_cast<double>(choice.used.size()));
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,124 @@
+#include "pose/body_tracker.hpp"
+
+#include <utility>
+
+#include "pose/body_view.hpp"
+
+namespace lightwell {
+
+namespace {
+
+Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body tracker: " + what}; }
+
+/// What of the doubt is new in each picture.
+UncertainPose without_focal(const BodyPose& pose, double focal_sigma) {
+  UncertainPose out = pose.probe_body;
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t k = 0; k < 6; ++k)
+      out.covariance[i][k] -= focal_sigma * focal_sigma * pose.by_focal[i] * pose.by_focal[k];
+  return out;
+}
+
+}  // namespace
+
+Status BodyTrackerOptions::validate() const {
+  if (const Status s = pose.validate(); !s.ok()) return s;
+  if (const Status s = motion.validate(); !s.ok()) return s;
+  if (!(search_decimate >= 1 && search_decimate <= 8))
+    return wrong("search_decimate is " + std::to_string(search_decimate) + "; it must be 1 to 8");
+  if (!(decimate == 0 || (decimate >= 1 && decimate <= 8)))
+    return wrong("decimate is " + std::to_string(decimate) + "; it must be 0, or 1 to 8");
+  if (lost_after < 1 || lost_after > 1000)
+    return wrong("lost_after is " + std::to_string(lost_after) + "; it must be 1 to 1,000");
+  return {};
+}
+
+struct BodyTracker::Inside {
+  MarkerBody body;
+  RigParameters rig;
+  BodyTrackerOptions options;
+  std::vector<TagInRoom> tags;
+  TagDetector detector;
+  BodyMotion motion;
+  std::vector<bool> seen;  ///< By each lens in its last picture.
+  int misses = 0;
+
+  void look(const GreyPicture& picture, const LensParameters& lens, const std::optional<BodyPrediction>& expected,
+            BodySighting& out) const;
+};
+
+void BodyTracker::Inside::look(const GreyPicture& picture, const LensParameters& lens,
+                               const std::optional<BodyPrediction>& expected, BodySighting& out) const {
+  out.region = {0, 0, picture.width, picture.height};
+  out.decimate = options.search_decimate;
+  if (!expected) return;
+  const std::optional<BodyView> view = view_of(lens, tags, expected->probe_body);
+  if (!view) return;
+  out.predicted = true;
+  out.region = view->region;
+  out.decimate = options.decimate > 0 ? options.decimate : decimate_for(view->cell_px);
+}
+
+BodyTracker::BodyTracker(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
+BodyTracker::BodyTracker(BodyTracker&&) noexcept = default;
+BodyTracker& BodyTracker::operator=(BodyTracker&&) noexcept = default;
+BodyTracker::~BodyTracker() = default;
+
+Result<BodyTracker> BodyTracker::make(const MarkerBody& body, const RigParameters& rig,
+                                      const BodyTrackerOptions& options) {
+  if (const Status s = body.validate(); !s.ok()) return s;
+  if (const Status s = rig.validate(); !s.ok()) return s;
+  if (const Status s = options.validate(); !s.ok()) return s;
+  Result<std::vector<TagInRoom>> tags = tags_of(body);
+  if (!tags) return tags.status();
+  TagDetectorOptions detect;
+  detect.families = {tags->front().family};
+  detect.corners = options.corners;
+  detect.linear = options.linear;
+  Result<TagDetector> detector = TagDetector::make(detect);
+  if (!detector) return detector.status();
+  return BodyTracker(std::make_unique<Inside>(Inside{body, rig, options, std::move(*tags), std::move(*detector),
+                                                     BodyMotion(options.motion),
+                                                     std::vector<bool>(rig.lenses.size(), false)}));
+}
+
+void BodyTracker::reset() {
+  inside_->motion.forget();
+  inside_->seen.assign(inside_->seen.size(), false);
+  inside_->misses = 0;
+}
+
+Result<BodySighting> BodyTracker::track(const GreyPicture& picture, ProbeTime mid_exposure, int lens) {
+  if (const Status s = picture.validate(); !s.ok()) return s;
+  Inside& in = *inside_;
+  if (lens < 0 || static_cast<std::size_t>(lens) >= in.rig.lenses.size())
+    return wrong("there is no lens " + std::to_string(lens) + "; the rig has " + std::to_string(in.rig.lenses.size()));
+  const auto l = static_cast<std::size_t>(lens);
+  const LensParameters& through = in.rig.lenses[l];
+  if (picture.width != through.width || picture.height != through.height)
+    return wrong("the picture has " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
+                 " pixels, the calibration is for " + std::to_string(through.width) + "x" +
+                 std::to_string(through.height));
+
+  BodySighting out;
+  const std::optional<BodyPrediction> expected = in.motion.at(mid_exposure);
+  in.look(picture, through, in.seen[l] ? expected : std::nullopt, out);
+  Result<std::vector<TagDetection>> tags = in.detector.detect_in(picture, out.region, out.decimate);
+  if (!tags) return tags.status();
+  out.tags = std::move(*tags);
+  std::vector<SeenTag> seen;
+  for (const TagDetection& tag : out.tags) seen.push_back({lens, tag});
+  Result<BodyPose> pose = find_body_pose(in.rig, in.body, seen, expected, in.options.pose);
+  in.seen[l] = pose.ok();
+  if (pose) {
+    in.misses = 0;
+    in.motion.see(mid_exposure, without_focal(*pose, in.options.pose.focal_sigma), !pose->ambiguous);
+    out.pose = std::move(*pose);
+  } else {
+    out.why_not = pose.status().message();
+    if (++in.misses >= in.options.lost_after) in.motion.forget();
+  }
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,260 @@
+#include "pose/corner_solver.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Dense>
+#include <ceres/ceres.h>
+
+namespace lightwell {
+
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+template <class T>
+using Vector3 = Eigen::Matrix<T, 3, 1>;
+
+Eigen::Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
+Vec3d vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Two components of `d` in the plane that touches the sphere at n, projected from -n: as long as the angle for small
+/// ones, growing without end towards -n, so that nothing rests there.
+template <class T>
+void stereographic(const Vector3<T>& d, const Eigen::Vector3d& n, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+                   Eigen::Matrix<T, 2, 1>& out) {
+  const T denominator = T(1) + d.dot(n.cast<T>());
+  const T scale = T(2) / (denominator > T(1e-9) ? denominator : T(1e-9));
+  out = {scale * d.dot(u.cast<T>()), scale * d.dot(v.cast<T>())};
+}
+
+/// Parameters of both residuals: the quaternion (x, y, z, w) and the translation of T_probe_middle.
+struct CornerResidual {
+  const SeenCorner* corner;
+  Vec3d middle;
+
+  template <class T>
+  bool operator()(const T* rotation, const T* translation, T* out) const {
+    const Eigen::Map<const Eigen::Quaternion<T>> q(rotation);
+    const Eigen::Map<const Vector3<T>> t(translation);
+    const Vector3<T> in_probe = q * eigen(corner->world - middle).cast<T>() + t - eigen(corner->lens).cast<T>();
+    const T distance = in_probe.norm();
+    if (!(distance > T(1e-9))) return false;
+    Eigen::Matrix<T, 2, 1> off;
+    stereographic<T>(in_probe / distance, eigen(corner->direction), eigen(corner->u), eigen(corner->v), off);
+    Eigen::Map<Eigen::Matrix<T, 2, 1>> residual(out);
+    residual = corner->weigh.cast<T>() * off;
+    return true;
+  }
+};
+
+struct UpResidual {
+  Vec3d up, u, v;
+  double sigma_rad;
+
+  template <class T>
+  bool operator()(const T* rotation, T* out) const {
+    const Eigen::Map<const Eigen::Quaternion<T>> q(rotation);
+    const Vector3<T> seen = q * Eigen::Vector3d::UnitY().cast<T>();
+    Eigen::Matrix<T, 2, 1> off;
+    stereographic<T>(seen, eigen(up), eigen(u), eigen(v), off);
+    Eigen::Map<Eigen::Matrix<T, 2, 1>> residual(out);
+    residual = off / T(sigma_rad);
+    return true;
+  }
+};
+
+struct Parameters {
+  std::array<double, 4> q;
+  std::array<double, 3> t;
+
+  explicit Parameters(const Pose& p)
+      : q{p.rotation.x, p.rotation.y, p.rotation.z, p.rotation.w},
+        t{p.translation.x, p.translation.y, p.translation.z} {}
+  [[nodiscard]] Pose pose() const { return {Quat{q[0], q[1], q[2], q[3]}.normalized(), {t[0], t[1], t[2]}}; }
+};
+
+Vec3d middle_of(const Quads& quads) {
+  Vec3d sum;
+  int count = 0;
+  for (const SeenQuad* quad : quads)
+    for (const SeenCorner& c : quad->corners) {
+      sum += c.world;
+      ++count;
+    }
+  return sum * (1.0 / count);
+}
+
+double robust_cost(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world) {
+  double sum = 0;
+  for (const SeenQuad* quad : quads) sum += std::log1p(mismatch(*quad, probe_world) / 9);
+  if (gravity) {
+    const Vec3d up = rotate(probe_world.rotation, Vec3d{0, 1, 0});
+    const double off = angle_between(up, gravity->up_probe) / gravity->sigma_rad;
+    sum += std::log1p(off * off / 9);
+  }
+  return sum;
+}
+
+}  // namespace
+
+CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world,
+                      Loss loss, const SolverEffort& effort) {
+  CornerSolution out;
+  out.middle = middle_of(quads);
+  Parameters at(compose(probe_world, Pose{{}, out.middle}));
+  ceres::CauchyLoss cauchy(3);
+  ceres::HuberLoss huber(4);
+  ceres::EigenQuaternionManifold turns;
+  ceres::Problem::Options lent;
+  lent.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  lent.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  // Looks for each block in all others; each here is added once.
+  lent.disable_all_safety_checks = true;
+  ceres::Problem problem(lent);
+  problem.AddParameterBlock(at.q.data(), 4, &turns);
+  problem.AddParameterBlock(at.t.data(), 3);
+  ceres::LossFunction* const robust = loss == Loss::forgiving ? static_cast<ceres::LossFunction*>(&cauchy) : &huber;
+  for (const SeenQuad* quad : quads)
+    for (const SeenCorner& corner : quad->corners)
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<CornerResidual, 2, 4, 3>(new CornerResidual{&corner, out.middle}), robust,
+          at.q.data(), at.t.data());
+  if (gravity) {
+    const Vec3d up = normalized(gravity->up_probe);
+    const auto basis = tangent_basis(up);
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<UpResidual, 2, 4>(new UpResidual{up, basis[0], basis[1], gravity->sigma_rad}),
+        nullptr, at.q.data());
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = effort.iterations;
+  options.function_tolerance = effort.tolerance;
+  options.gradient_tolerance = 100 * effort.tolerance;
+  options.parameter_tolerance = 100 * effort.tolerance;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  if (!summary.IsSolutionUsable()) return out;
+  ceres::Problem::EvaluateOptions evaluate;
+  evaluate.parameter_blocks = {at.q.data(), at.t.data()};
+  ceres::CRSMatrix sparse;
+  double cost = 0;
+  std::vector<double> residual;
+  if (!problem.Evaluate(evaluate, &cost, &residual, nullptr, &sparse) || sparse.num_cols != 6) return out;
+  out.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(), sparse.num_rows);
+  out.slope.setZero(sparse.num_rows, 6);
+  for (int row = 0; row < sparse.num_rows; ++row)
+    for (int i = sparse.rows[static_cast<std::size_t>(row)]; i < sparse.rows[static_cast<std::size_t>(row) + 1]; ++i) {
+      const int column = sparse.cols[static_cast<std::size_t>(i)];
+      // Ceres turns by the half of a rotation vector.
+      out.slope(row, column) = sparse.values[static_cast<std::size_t>(i)] * (column < 3 ? 0.5 : 1.0);
+    }
+  out.information = out.slope.transpose() * out.slope;
+  out.cost = 2 * cost;
+  out.probe_middle = at.pose();
+  return out;
+}
+
+double mismatch(const SeenQuad& quad, const Pose& probe_world) {
+  double sum = 0;
+  const Parameters at(probe_world);
+  for (const SeenCorner& corner : quad.corners) {
+    std::array<double, 2> r{};
+    if (!CornerResidual{&corner, {}}(at.q.data(), at.t.data(), r.data())) return kInfinite;
+    sum += r[0] * r[0] + r[1] * r[1];
+  }
+  return sum / (2.0 * static_cast<double>(quad.corners.size()));
+}
+
+Pose flipped(const Quads& quads, const Pose& probe_world) {
+  const Eigen::Vector3d middle = eigen(middle_of(quads));
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const SeenQuad* quad : quads)
+    for (const SeenCorner& c : quad->corners) {
+      const Eigen::Vector3d off = eigen(c.world) - middle;
+      spread += off * off.transpose();
+    }
+  const Eigen::Vector3d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
+  const Quat& r = probe_world.rotation;
+  const Eigen::Matrix3d turn = Eigen::Quaterniond(r.w, r.x, r.y, r.z).toRotationMatrix();
+  const Vec3d seen = transformed(probe_world, vec(middle));
+  const Eigen::Vector3d sight = (eigen(seen) - eigen(quads[0]->corners[0].lens)).normalized();
+  const Eigen::Matrix3d other = (Eigen::Matrix3d::Identity() - 2 * sight * sight.transpose()) * turn *
+                                (Eigen::Matrix3d::Identity() - 2 * normal * normal.transpose());
+  const Eigen::Quaterniond q(other);
+  Pose out{Quat{q.x(), q.y(), q.z(), q.w()}.normalized(), {}};
+  out.translation = seen - rotate(out.rotation, vec(middle));
+  return out;
+}
+
+CornerSolution agreed(const Quads& quads, const std::optional<GravityReading>& gravity, const SolverEffort& effort) {
+  std::vector<std::pair<double, Pose>> starts;
+  for (const SeenQuad* quad : quads) {
+    const Quads one = {quad};
+    for (const Pose& start : {quad->probe_world, flipped(one, quad->probe_world)}) {
+      const CornerSolution s = solved(one, gravity, start, Loss::firm, effort);
+      if (!std::isfinite(s.cost)) continue;
+      const Pose found = s.probe_world();
+      starts.emplace_back(robust_cost(quads, gravity, found), found);
+    }
+  }
+  std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  // A good start is among the first; each of them is a solver's run over all corners.
+  constexpr std::size_t kTried = 4;
+  if (starts.size() > kTried) starts.resize(kTried);
+  CornerSolution best;
+  for (const auto& start : starts)
+    if (CornerSolution s = solved(quads, gravity, start.second, Loss::forgiving, effort); s.cost < best.cost) best = s;
+  return best;
+}
+
+Quads agreeing(const Quads& quads, const Pose& probe_world) {
+  std::vector<double> all;
+  for (const SeenQuad* quad : quads) all.push_back(mismatch(*quad, probe_world));
+  std::vector<double> sorted = all;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[(sorted.size() - 1) / 2];
+  const double most = std::max(25.0, 25 * usual);
+  Quads out;
+  for (std::size_t i = 0; i < quads.size(); ++i)
+    if (all[i] <= most) out.push_back(quads[i]);
+  return out;
+}
+
+std::optional<Matrix6d> noise_of(const CornerSolution& solution) {
+  // Scaled to ones in the diagonal first: radians and metres are not of a size.
+  const Vector6d unit = solution.information.diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix6d scaled = unit.asDiagonal() * solution.information * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> parts(scaled);
+  if (!unit.allFinite() || !(parts.eigenvalues()[0] > 1e-14)) return std::nullopt;
+  return unit.asDiagonal() * parts.eigenvectors() * parts.eigenvalues().cwiseInverse().asDiagonal() *
+         parts.eigenvectors().transpose() * unit.asDiagonal();
+}
+
+PoseCovariance covariance_from(const Matrix6d& m) {
+  PoseCovariance out{};
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c) out[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = m(r, c);
+  return out;
+}
+
+double rms_px(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag, const Pose& probe_world) {
+  const LensParameters& lens = rig.lenses[static_cast<std::size_t>(seen.lens)];
+  const CameraModel model(lens);
+  const Pose lens_world =
+      compose(inverse(Pose{lens.pose_cv.rotation.normalized(), lens.pose_cv.translation}), probe_world);
+  double sum = 0;
+  const auto at = tag_corners(tag.size_m);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto p = model.project(transformed(lens_world, transformed(tag.world_tag, at[i])));
+    if (!p) return kInfinite;
+    sum += (p->x - seen.tag.corners[i].x) * (p->x - seen.tag.corners[i].x) +
+           (p->y - seen.tag.corners[i].y) * (p->y - seen.tag.corners[i].y);
+  }
+  return std::sqrt(sum / 4);
+}
+
+}  // namespace lightwell

@@ -1,0 +1,66 @@
+#include "pose/focal_doubt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <variant>
+
+namespace lightwell {
+
+namespace {
+
+std::optional<PixelPosition> center_of(const LensParameters& lens) {
+  return std::visit(
+      [](const auto& p) -> std::optional<PixelPosition> {
+        if constexpr (requires { p.cx; })
+          return PixelPosition{p.cx, p.cy};
+        else
+          return std::nullopt;
+      },
+      lens.model);
+}
+
+}  // namespace
+
+/// Linear least squares in the six numbers x and the focal length's excess e: residuals are r + J x + e g. The pose that
+/// was solved for took e for zero, which moves it by (J'J)⁻¹ J'g for e of one; what J cannot take up of g shows e.
+FocalDoubt focal_doubt(const RigParameters& rig, std::span<const SeenTag> seen, const Quads& quads,
+                       const CornerSolution& solution, const Matrix6d& noise) {
+  FocalDoubt out;
+  out.check.sigma = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(solution.residual.size());
+  Eigen::Index row = 0;
+  for (const SeenQuad* quad : quads) {
+    const SeenTag& tag = seen[quad->index];
+    const LensParameters& lens = rig.lenses[static_cast<std::size_t>(tag.lens)];
+    const std::optional<PixelPosition> center = center_of(lens);
+    const CameraModel model(lens);
+    const Quat to_probe = lens.pose_cv.rotation.normalized();
+    for (std::size_t i = 0; i < quad->corners.size(); ++i, row += 2) {
+      const SeenCorner& corner = quad->corners[i];
+      const PixelPosition p = tag.tag.corners[i];
+      // Inwards, where the lens certainly sees. With a shorter focal length the pixel is further from the axis.
+      constexpr double kStep = 1e-3;
+      const auto moved = center ? model.unproject({p.x - kStep * (p.x - center->x), p.y - kStep * (p.y - center->y)})
+                                : std::nullopt;
+      if (!moved) continue;
+      const Vec3d change = (rotate(to_probe, *moved) - corner.direction) * (-1 / kStep);
+      g.segment<2>(row) = -(corner.weigh * Eigen::Vector2d(dot(change, corner.u), dot(change, corner.v)));
+    }
+  }
+  const Vector6d pulled = solution.slope.transpose() * g;
+  out.by_focal = noise * pulled;
+  const double shown = g.squaredNorm() - pulled.dot(out.by_focal);
+  // Rounding of what cancels.
+  if (!(shown > 1e-9 * g.squaredNorm())) return out;
+  // The residuals are across J already.
+  const double told = g.dot(solution.residual);
+  out.check.excess = -told / shown;
+  const double freedom = static_cast<double>(solution.residual.size()) - 7;
+  const double left = solution.residual.squaredNorm() - told * told / shown;
+  out.check.sigma = std::sqrt(std::max(1.0, freedom > 0 ? left / freedom : 1.0) / shown);
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,21 @@
+// What a wrong focal length does to a pose, and what corners say of it. For this room's sources.
+#pragma once
+
+#include <span>
+
+#include "pose/body_pose.hpp"
+#include "pose/corner_solver.hpp"
+
+namespace lightwell {
+
+struct FocalDoubt {
+  Vector6d by_focal = Vector6d::Zero();  ///< Of CornerSolution::probe_middle, as BodyPose::by_focal.
+  FocalCheck check;
+};
+
+/// `noise` is noise_of(solution), `quads` those that it was solved from. A lens without a focal length (the whole
+/// sphere) has none that could be wrong.
+[[nodiscard]] FocalDoubt focal_doubt(const RigParameters& rig, std::span<const SeenTag> seen, const Quads& quads,
+                                     const CornerSolution& solution, const Matrix6d& noise);
+
+}  // namespace lightwell

@@ -1,0 +1,216 @@
+// How long a body's pose takes and how good it is: a dodecahedron of 10 cm in pictures of 1280x960, one thread. Prints one
+// JSON object a line for tests/figures. Times are of a picture: its best of five, then the mean over twelve attitudes.
+//   marker_pose.tracked.*      a picture in which the body is expected: all of track() and its parts, by width of the body
+//   marker_pose.search.*       a first picture: nothing is expected; .no_body: and nothing is there
+//   marker_pose.pose_only.*    find_body_pose from tags, with a prediction and without
+//   marker_pose.part.D.WORK    the expected part alone, made D times smaller, by what becomes of corners
+// Accuracies: direction of the body's axes, deg; place, % of the distance; normalized: mean of e' C⁻¹ e / 6; rms of the
+// twelve and largest.
+//   measure_marker_pose [--quick]     two attitudes: that it runs
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "bench/memcpy_speed.hpp"
+#include "firmware/pose/body_pictures.hpp"
+#include "pose/body_tracker.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+constexpr int kRounds = 5;
+double memcpy_gb_per_s = 0;
+
+void print(const std::string& figure, double value, const char* unit) {
+  std::printf("{\"figure\": \"marker_pose.%s\", \"value\": %.4g, \"unit\": \"%s\", \"memcpy_gb_per_s\": %.3g}\n", figure.c_str(),
+              value, unit, memcpy_gb_per_s);
+  std::fflush(stdout);
+}
+
+template <class Call>
+double milliseconds(const Call& call) {
+  const auto start = std::chrono::steady_clock::now();
+  call();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+template <class Call>
+double best(const Call& call) {
+  double out = 1e9;
+  for (int i = 0; i < kRounds; ++i) out = std::min(out, milliseconds(call));
+  return out;
+}
+
+struct View {
+  Pose truth;
+  reference::GreyBytes picture;
+};
+
+class Errors {
+ public:
+  void add(const BodyPose& found, const Pose& truth) {
+    const auto e = test::error_of(found.probe_body.pose, truth);
+    const double turn = test::turn_of(e) / test::kDegree, place = 100 * test::shift_of(e) / length(truth.translation);
+    turn_squares_ += turn * turn;
+    place_squares_ += place * place;
+    turn_most_ = std::max(turn_most_, turn);
+    place_most_ = std::max(place_most_, place);
+    Eigen::Matrix<double, 6, 6> c;
+    Eigen::Matrix<double, 6, 1> v;
+    for (std::size_t r = 0; r < 6; ++r) {
+      v[static_cast<Eigen::Index>(r)] = e[r];
+      for (std::size_t k = 0; k < 6; ++k)
+        c(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(k)) = found.probe_body.covariance[r][k];
+    }
+    normalized_ += v.dot(c.ldlt().solve(v)) / 6;
+    tags_ += found.used;
+    rms_px_ += found.rms_px;
+    ++count_;
+  }
+  void print_as(const std::string& figure) const {
+    const double n = std::max(count_, 1);
+    print(figure + ".found", count_, "");
+    if (count_ == 0) return;
+    print(figure + ".tags", tags_ / n, "");
+    print(figure + ".rms_px", rms_px_ / n, "px");
+    print(figure + ".direction_deg.rms", std::sqrt(turn_squares_ / n), "deg");
+    print(figure + ".direction_deg.largest", turn_most_, "deg");
+    print(figure + ".place_percent.rms", std::sqrt(place_squares_ / n), "%");
+    print(figure + ".place_percent.largest", place_most_, "%");
+    print(figure + ".normalized", normalized_ / n, "");
+  }
+
+ private:
+  double turn_squares_ = 0, place_squares_ = 0, turn_most_ = 0, place_most_ = 0, normalized_ = 0, tags_ = 0, rms_px_ = 0;
+  int count_ = 0;
+};
+
+ProbeTime frame(int n) { return ProbeTime{n * 16'666'667LL}; }
+
+std::vector<SeenTag> seen_in(const std::vector<TagDetection>& tags) {
+  std::vector<SeenTag> out;
+  for (const TagDetection& tag : tags) out.push_back({0, tag});
+  return out;
+}
+
+/// As delivered but for the camera, which is known: what is asked is what pictures bring.
+BodyTrackerOptions options_of(CornerWork corners) {
+  BodyTrackerOptions options;
+  options.corners = corners;
+  options.pose.focal_sigma = 0;
+  return options;
+}
+
+void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views, const std::string& name) {
+  auto tracker = *BodyTracker::make(body, rig, options_of(CornerWork::followed));
+  double first = 0, tracked = 0, share = 0, decimate = 0;
+  int expected = 0;
+  Errors errors;
+  for (const View& view : views) {
+    first += best([&] {
+      tracker.reset();
+      (void)tracker.track(view.picture.view(), frame(0));
+    });
+    tracker.reset();
+    int n = 0;
+    for (int i = 0; i < 3; ++i) (void)tracker.track(view.picture.view(), frame(n++));
+    Result<BodySighting> last = tracker.track(view.picture.view(), frame(n++));
+    if (!last->predicted || !last->pose) continue;
+    ++expected;
+    tracked += best([&] { last = tracker.track(view.picture.view(), frame(n++)); });
+    share += static_cast<double>(last->region.width) * last->region.height / (view.picture.width * view.picture.height);
+    decimate += last->decimate;
+    if (last->pose) errors.add(*last->pose, view.truth);
+  }
+  print("search." + name + ".ms", first / static_cast<double>(views.size()), "ms");
+  print("tracked." + name + ".expected", expected, "");
+  if (expected == 0) return;
+  print("tracked." + name + ".ms", tracked / expected, "ms");
+  print("tracked." + name + ".share_of_picture", share / expected, "");
+  print("tracked." + name + ".decimate", decimate / expected, "");
+  errors.print_as("tracked." + name);
+}
+
+void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views) {
+  const std::vector<std::pair<CornerWork, const char*>> works = {
+      {CornerWork::none, "none"}, {CornerWork::followed, "followed"}, {CornerWork::fitted, "fitted"}};
+  double with = 0, without = 0;
+  int poses = 0;
+  for (const auto& [work, name] : works) {
+    TagDetectorOptions detect;
+    detect.corners = work;
+    auto detector = *TagDetector::make(detect);
+    for (const double decimate : {1.0, 1.5, 2.0, 3.0, 4.0}) {
+      double ms = 0, tags = 0;
+      Errors errors;
+      for (const View& view : views) {
+        auto tracker = *BodyTracker::make(body, rig, options_of(CornerWork::followed));
+        (void)tracker.track(view.picture.view(), frame(0));
+        (void)tracker.track(view.picture.view(), frame(1));
+        const auto sighting = tracker.track(view.picture.view(), frame(2));
+        if (!sighting->predicted) continue;
+        std::vector<TagDetection> found;
+        ms += best([&] { found = *detector.detect_in(view.picture.view(), sighting->region, decimate); });
+        tags += static_cast<double>(found.size());
+        BodyPoseOptions options;
+        options.focal_sigma = 0;
+        const auto seen = seen_in(found);
+        const auto pose = find_body_pose(rig, body, seen, std::nullopt, options);
+        if (!pose) continue;
+        errors.add(*pose, view.truth);
+        if (work != CornerWork::followed || decimate != 2) continue;
+        BodyPrediction before{pose->probe_body, true};
+        before.probe_body.pose.translation += Vec3d{0.004, -0.003, 0.002};
+        before.probe_body.pose.rotation = (Quat::about({0.6, 0, 0.8}, 0.03) * pose->probe_body.pose.rotation).normalized();
+        for (std::size_t i = 0; i < 6; ++i) before.probe_body.covariance[i][i] += i < 3 ? 1e-3 : 1e-5;
+        ++poses;
+        with += best([&] { (void)find_body_pose(rig, body, seen, before, options); });
+        without += best([&] { (void)find_body_pose(rig, body, seen, std::nullopt, options); });
+      }
+      char figure[64];
+      std::snprintf(figure, sizeof figure, "part.%g.%s", decimate, name);
+      print(figure + std::string(".ms"), ms / static_cast<double>(views.size()), "ms");
+      print(figure + std::string(".detected"), tags / static_cast<double>(views.size()), "");
+      errors.print_as(figure);
+    }
+  }
+  if (poses == 0) return;
+  print("pose_only.predicted.ms", with / poses, "ms");
+  print("pose_only.not_predicted.ms", without / poses, "ms");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool quick = argc == 2 && std::strcmp(argv[1], "--quick") == 0;
+  if (argc > 1 && !quick) return std::fprintf(stderr, "usage: measure_marker_pose [--quick]\n"), 2;
+  memcpy_gb_per_s = bench::memcpy_speed(1280 * 960).gigabytes_per_s;
+  const RigParameters rig = test::camera_rig();
+  const MarkerBody body = test::dodecahedron();
+  const test::BodyCamera camera(rig, body);
+  const auto views_at = [&](double width_px) {
+    std::vector<View> out;
+    for (std::uint64_t i = 0; i < (quick ? 2u : 12u); ++i) {
+      const Pose truth = test::body_at({0.01 * static_cast<double>(i % 5), 0, -test::distance_for(width_px)}, 100 + i);
+      out.push_back({truth, camera.take(truth, 200 + i)});
+    }
+    return out;
+  };
+  for (const double width_px : quick ? std::vector<double>{400} : std::vector<double>{100, 200, 400, 700, 900}) {
+    const std::vector<View> views = views_at(width_px);
+    measure_tracker(rig, body, views, std::to_string(static_cast<int>(width_px)) + "px");
+    if (width_px == 400) measure_parts(rig, body, views);
+  }
+  const auto nothing = camera.take(test::body_at({0, 0, 1}, 1));
+  auto tracker = *BodyTracker::make(body, rig, options_of(CornerWork::followed));
+  int n = 0;
+  print("search.no_body.ms", best([&] { (void)tracker.track(nothing.view(), frame(n++)); }), "ms");
+  return 0;
+}
