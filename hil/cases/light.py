@@ -38,7 +38,7 @@ def bracket(rig: Rig, test: Any, measured: Measured) -> None:
     with rig.usb_camera(test.camera, arguments=ahead(camera, ",".join(BRACKET))) as outside:
         uri = rig.configure(camera_text(rig, camera, rig.wait_for_video(), exposure="&exposure=" + ",".join(BRACKET)),
                             more=calibrate(rig, camera), timeout_s=300)
-        rig.record(uri, 15, recording)
+        rig.record(uri, 10, recording)
         info = rig.info(uri)
         controls = outside.counters()["counters"]["controls_set"]
     report = rig.judge(recording, camera.scene, camera, BRACKET)

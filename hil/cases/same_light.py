@@ -8,7 +8,7 @@ from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 
 
-def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_s: float = 12, desktop_s: float = 25) -> None:
+def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_s: float = 6, desktop_s: float = 14) -> None:
     """Plays a recording of frames through both, for so long each: it is on the board as `there`, here as `frames`."""
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
     # Again and again, so that there is something to compare whenever a client comes.

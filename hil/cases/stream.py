@@ -53,10 +53,9 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
             watcher.wait_for("light", 60, since=0)
             time.sleep(4)  # A stream that has just begun is not what is measured.
             begun = rig.at_rest(outside, uri, watcher)
-            time.sleep(_SECONDS)
+            profile = rig.profile(_SECONDS)
             ended = rig.at_rest(outside, uri, watcher)
             rss = rig.daemon()["rss_kb"]
-            profile = rig.profile(5)
             summary = watcher.summary()
     took = ended["at"] - begun["until"]
     grown = {name: ended[name] - begun[name] for name in ended}
@@ -123,12 +122,12 @@ def limits(rig: Rig, test: Any, measured: Measured) -> None:
         sized.width, sized.height, sized.frame_rate = width, height, 60
         with rig.usb_camera(test.camera, scene=still, arguments=["--pace", "free", *ahead(sized)]) as outside:
             uri = rig.configure(camera_text(rig, sized, rig.wait_for_video()), more=calibrate(rig, sized, still))
-            time.sleep(2)
-            begun = rig.snapshot(outside, uri)
-            profile = rig.profile(4)
-            summary = rig.watch(uri, 6)
-            ended = rig.snapshot(outside, uri)
+            with rig.watcher(uri) as watcher:
+                watcher.wait_for("light", 60, since=0)
+                begun, since = rig.snapshot(outside, uri), len(watcher.seconds())
+                profile = rig.profile(6)
+                ended, lines = rig.snapshot(outside, uri), watcher.seconds()[since:]
         took = ended["at"] - begun["at"]
         measured.time(f"{width}x{height}: frames into the firmware", (ended["frames"] - begun["frames"]) / took, "/s")
-        measured.time(f"{width}x{height}: descriptors at the client", summary["frames_per_s"], "/s")
+        measured.time(f"{width}x{height}: descriptors at the client", sum(line["frames"] for line in lines) / max(1, len(lines)), "/s")
         measured.figure(f"{width}x{height}: where the board's two processors' time goes", profile)

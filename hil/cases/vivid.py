@@ -43,8 +43,8 @@ def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
         # What the driver itself has no time for on an emulated processor.
         measured.time("frames that the kernel's own tool takes in the firmware's place", loop.taken_by_the_tool(), "/s")
         uri = rig.configure(text, more=more)
-        time.sleep(4)  # A stream that has just begun is not what is measured.
-        _account(rig, loop, uri, measured, seconds=6)
+        time.sleep(3)  # A stream that has just begun is not what is measured.
+        _account(rig, loop, uri, measured, seconds=5)
         loop.drop(50)
         _account(rig, loop, uri, measured, seconds=5, dropped=50)
         loop.drop(0)
@@ -89,7 +89,7 @@ def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds
     used = grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
     measured.figure(f"{what}frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used), "", "<= 4")
     if not dropped:
-        measured.figure("where the board's two processors' time goes, %", rig.profile(4))
+        measured.figure("where the board's two processors' time goes, %", rig.profile(3))
 
 
 def _record(rig: Rig, text: str, more: str) -> None:

@@ -98,8 +98,8 @@ def _switched_on(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Boa
     options = Options(build=tools.board, cpus=board.qemu.cpus or 2, memory_mb=board.qemu.memory_mb or 2048,
                       net=board.qemu.net or "user", owned=True, **more)
     machine = Board(f"hil-{board.name}", options)
-    # Before the start: QEMU may run when the start gives up.
-    stack.callback(machine.stop)
+    # Before the start: QEMU may run when the start gives up. The next one is as new: how this one would go down is board.costs' to tell.
+    stack.callback(machine.power_cut)
     machine.start(fresh=True)
     return machine
 

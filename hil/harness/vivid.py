@@ -95,7 +95,7 @@ class VividLoop:
         said = self._board.run(f"v4l2-ctl -d {self.device} --get-parm", check=True).out
         self.rate = float(said.split("Frames per second:")[1].split()[0])
 
-    def taken_by_the_tool(self, seconds: float = 4) -> float:
+    def taken_by_the_tool(self, seconds: float = 3) -> float:
         """Frames a second that v4l2-ctl gets, by their numbers; nobody else may have the device open."""
         said = self._board.run(f"v4l2-ctl -d {self.device} --stream-mmap=4 --stream-count={seconds * self.rate:.0f} --verbose 2>&1",
                                check=True, timeout_s=10 * seconds + 30).out
