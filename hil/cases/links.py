@@ -7,15 +7,15 @@ import os
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from hil.harness.board import Board
 from hil.harness.rig import Rig
 from hil.harness.runner import Broken, CannotRun, Measured
 from hil.harness.waits import wait_for
+from hil.harness.watcher import WatcherOnBoard
 
 # These look at links: a small simulated camera of the firmware's own does.
 _CAMERA = 'uri: "sim:studio?sensor=rgb8&rig=single" width: 160 height: 120 frame_rate: 10'
@@ -65,9 +65,7 @@ def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
                                ("a quarter of packets out of order", "delay 20ms reorder 75% 50%"),
                                ("1 % of packets damaged", "delay 20ms corrupt 1%")):
                 rig.board.run(f"tc qdisc replace dev eth0 root netem {rule}", check=True)
-                since = len(watcher.seconds()) + 1
-                lines = wait_for("five seconds", lambda: watcher.seconds()[since:] if len(watcher.seconds()) >= since + 5 else None,
-                                 60)
+                lines = watcher.next_seconds(5, skipped=1)
                 measured.time(f"{name}: descriptors a second", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 2")
                 measured.time(f"{name}: age at arrival, p99, largest second",
                                 max(line["age_p99_ms"] or 0 for line in lines), "ms")
@@ -136,27 +134,26 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
     rig.board.run("lightwell-usb-gadget up --user lightwell", check=True, timeout_s=120)
     rig.configure(_CAMERA, more="usb_gadget {}\n")
     rig.board.run("lightwell-usb-gadget bind", check=True, timeout_s=60)
-    client = _UsbClient(rig.board)
-    client.light("light by cable")
-    before = rig.daemon()
-    port = rig.board.run("for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && basename $d; done"
-                         " | head -1", check=True).out.strip()
-    if not port:
-        raise Broken("no device of ours is on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out)
-    times: dict[str, list[float]] = {"unplugged": [], "detached": []}
-    for _ in range(2):
-        rig.board.run("lightwell-usb-gadget unbind", check=True)
-        rig.board.run("lightwell-usb-gadget bind", check=True)
-        times["unplugged"].append(client.light("light after the plug was pulled and put in"))
-        rig.board.run(f"echo 0 > /sys/bus/usb/devices/{port}/authorized; echo 1 > /sys/bus/usb/devices/{port}/authorized", check=True)
-        times["detached"].append(client.light("light after the device was detached"))
-    for name, values in times.items():
-        measured.time(f"light again after it was {name}, larger of two", max(values), "s", "<= 8")
-    after = rig.daemon()
-    measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
-    measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
-    measured.figure("messages refused by the SDK", client.seconds()[-1]["rejected"], "", "== 0")
-    client.end()
+    with WatcherOnBoard(rig.board, "usb:") as client:
+        client.back_after("light by cable", 60)
+        before = rig.daemon()
+        port = rig.board.run("for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && basename $d; done"
+                             " | head -1", check=True).out.strip()
+        if not port:
+            raise Broken("no device of ours is on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out)
+        times: dict[str, list[float]] = {"unplugged": [], "detached": []}
+        for _ in range(2):
+            rig.board.run("lightwell-usb-gadget unbind", check=True)
+            rig.board.run("lightwell-usb-gadget bind", check=True)
+            times["unplugged"].append(client.back_after("light after the plug was pulled and put in", 60))
+            rig.board.run(f"cd /sys/bus/usb/devices/{port} && echo 0 > authorized && echo 1 > authorized", check=True)
+            times["detached"].append(client.back_after("light after the device was detached", 60))
+        for name, values in times.items():
+            measured.time(f"light again after it was {name}, larger of two", max(values), "s", "<= 8")
+        after = rig.daemon()
+        measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
+        measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
+        measured.figure("messages refused by the SDK", client.seconds()[-1]["rejected"], "", "== 0")
 
 
 def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
@@ -178,10 +175,15 @@ def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
         host.run(f"usbip attach -r {address} -d usbip-vudc.0", check=True)
 
     attach()
-    client = _UsbClient(host)
-    client.light("light on the other board")
-    before, begun = rig.daemon(), len(client.seconds())
-    lines = wait_for("ten seconds", lambda: seen if len(seen := client.seconds()[begun:]) >= 10 else None, 60)
+    with WatcherOnBoard(host, "usb:") as client:
+        client.back_after("light on the other board", 60)
+        _follow_by_wire(rig, client, attach, bind, measured)
+
+
+def _follow_by_wire(rig: Rig, client: WatcherOnBoard, attach: Callable[[], None], bind: str, measured: Measured) -> None:
+    """What a client on the peer sees of the gadget, and how it comes back to it."""
+    device, host, before = rig.board, rig.peer, rig.daemon()
+    lines = client.next_seconds(10)
     measured.time("descriptors a second on the other board", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 5")
     measured.figure("descriptors missing meanwhile, counted", lines[-1]["gaps"] - lines[0]["gaps"])
     measured.time("age of descriptors at their arrival, p99, largest second", max(line["age_p99_ms"] or 0 for line in lines), "ms")
@@ -190,12 +192,12 @@ def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
         host.run("usbip detach -p 0", check=True)
         client.dark()
         attach()
-        times["detached by its host"].append(client.light("light after the host attached it again"))
+        times["detached by its host"].append(client.back_after("light after the host attached it again", 60))
         device.run("lightwell-usb-gadget unbind", check=True)
         client.dark()
         device.run(bind, check=True)
         attach()
-        times["hidden by its device"].append(client.light("light after the gadget was bound again"))
+        times["hidden by its device"].append(client.back_after("light after the gadget was bound again", 60))
     for name, values in times.items():
         measured.time(f"light again after it was {name}, larger of two", max(values), "s", "<= 8")
     after, last = rig.daemon(), client.seconds()[-1]
@@ -205,33 +207,3 @@ def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
     measured.figure("messages refused by the SDK", last["rejected"], "", "== 0")
     measured.figure("reconnects of the client", last["reconnects"], "", "== 4")
     measured.figure("firmware on the other board", host.run(["systemctl", "is-active", "lightwelld"]).out.strip(), "", "== inactive")
-    client.end()
-
-
-class _UsbClient:
-    """`lightwell watch usb:`, which runs on a board until end()."""
-
-    def __init__(self, board: Board) -> None:
-        self._board = board
-        board.run("lightwell watch usb: --json >/run/usb.json 2>/run/usb.err & echo $! >/run/usb.pid", check=True)
-
-    def seconds(self) -> list[dict[str, Any]]:
-        """What it said of each second so far."""
-        text = self._board.run("cat /run/usb.json").out
-        return [line for line in (json.loads(t) for t in text.splitlines(keepends=True) if t.endswith("\n"))
-                if line["kind"] == "second"]
-
-    def light(self, what: str, limit_s: float = 60) -> float:
-        """Seconds until a second that begins from now on brought light."""
-        begun, since = time.monotonic(), len(self.seconds())
-        wait_for(what, lambda: any(line["frames"] for line in self.seconds()[since + 1:]), limit_s, every_s=0.3,
-                 state=lambda: self._board.run("tail -n 3 /run/usb.err").out.strip())
-        return time.monotonic() - begun
-
-    def dark(self, limit_s: float = 60) -> None:
-        """Until a whole second brought nothing."""
-        since = len(self.seconds())
-        wait_for("the light to stop", lambda: any(line["frames"] == 0 for line in self.seconds()[since + 1:]), limit_s, every_s=0.3)
-
-    def end(self) -> None:
-        self._board.run("kill $(cat /run/usb.pid)", check=True)

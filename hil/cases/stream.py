@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hil.cases import vivid
-from hil.harness.rig import Rig
+from hil.harness.rig import Rig, used_up
 from hil.harness.runner import Measured
 
 # Of streaming that are measured.
@@ -39,8 +39,8 @@ def calibrate(rig: Rig, camera: Any, scene: str = "") -> str:
 
 def unknown_to_client(grown: Mapping[str, float], measured: Measured) -> None:
     """Between two looks at rest: a client sees as holes in the numbers of descriptors what was dropped and what was lost before."""
-    made = grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"] + grown["frames_lost"]
-    measured.figure("frames that the client neither got as light nor knows as missing", abs(made - grown["arrived"] - grown["missing"]), "",
+    told = grown["arrived"] + grown["missing"]
+    measured.figure("frames that the client neither got as light nor knows as missing", abs(used_up(grown) + grown["frames_lost"] - told), "",
                     UNTOLD)
 
 
@@ -53,9 +53,10 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
             watcher.wait_for("light", 60, since=0)
             time.sleep(4)  # A stream that has just begun is not what is measured.
             begun = rig.at_rest(outside, uri, watcher)
-            profile = rig.profile(_SECONDS)
+            time.sleep(_SECONDS)
             ended = rig.at_rest(outside, uri, watcher)
             rss = rig.daemon()["rss_kb"]
+            profile = rig.profile(4)
             summary = watcher.summary()
     took = ended["at"] - begun["until"]
     grown = {name: ended[name] - begun[name] for name in ended}
@@ -67,9 +68,8 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
     measured.figure("of these, frames that the firmware counted as lost", grown["frames_lost"])
     measured.figure("frames sent that neither came nor were counted as lost", abs(grown["sent"] - grown["frames"] - grown["frames_lost"]), "",
                     UNTOLD)
-    used = grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
     measured.figure("captures dropped for the estimator's sake, a newer one being there", grown["captures_dropped"])
-    measured.figure("frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used), "", "== 0")
+    measured.figure("frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used_up(grown)), "", "== 0")
     unknown_to_client(grown, measured)
     measured.time("from delivery to the client, p50", summary["latency_p50_ms"] or float("nan"), "ms")
     measured.time("from delivery to the client, p99", summary["latency_p99_ms"] or float("nan"), "ms")
@@ -105,9 +105,9 @@ def vivid_bayer10(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def vivid_bayer12(rig: Rig, test: Any, measured: Measured) -> None:
-    """Likewise; and the light of these frames against the desktop's."""
+    """Likewise, of which the account is the same; and the light of these frames against the desktop's."""
     with vivid.room(rig):
-        vivid.measure_loop(rig, test, measured)
+        vivid.measure_loop(rig, test, measured, dropping=False)
         vivid.compare_light(rig, measured)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from hil.cases.same_light import same_light
 from hil.harness import recording
-from hil.harness.rig import Rig
+from hil.harness.rig import Rig, used_up
 from hil.harness.runner import Broken, Measured
 from hil.harness.vivid import VividLoop, render
 
@@ -28,9 +28,9 @@ def room(rig: Rig) -> Iterator[None]:
         rig.board.run(f"systemctl stop lightwelld; umount {_ROOM} && rmdir {_ROOM}; true", timeout_s=60)
 
 
-def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
-    """Rate and account, then the same with frames that the driver keeps, then the bytes, which rig.folder / loop.lwr holds afterwards. In a
-    room()."""
+def measure_loop(rig: Rig, test: Any, measured: Measured, *, dropping: bool = True) -> None:
+    """Rate and account, then the same with frames that the driver keeps (`dropping`), then the bytes, which rig.folder / loop.lwr holds
+    afterwards. In a room()."""
     camera = rig.described(test.camera).vivid
     calibration, pictures = render(rig.tools.host / "lightwelld", camera)
     # What it was told before may be a device that vivid will make: it would have it open.
@@ -45,9 +45,10 @@ def measure_loop(rig: Rig, test: Any, measured: Measured) -> None:
         uri = rig.configure(text, more=more)
         time.sleep(3)  # A stream that has just begun is not what is measured.
         _account(rig, loop, uri, measured, seconds=5)
-        loop.drop(50)
-        _account(rig, loop, uri, measured, seconds=5, dropped=50)
-        loop.drop(0)
+        if dropping:
+            loop.drop(50)
+            _account(rig, loop, uri, measured, seconds=5, dropped=50)
+            loop.drop(0)
         _record(rig, text, more)
         if not loop.feeds():
             raise Broken("v4l2-ctl, which feeds the loop, ended")
@@ -86,8 +87,7 @@ def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds
     fewest = max(0.0, least * dropped / 100 - 5 * (least * dropped / 100) ** 0.5)
     measured.figure(f"{what}frames counted as lost", grown["frames_lost"], "", f">= {fewest:.0f}" if dropped else "")
     measured.figure(f"{what}frames more or fewer than the clock made between the looks", max(0.0, least - seen, seen - most), "", "<= 8")
-    used = grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
-    measured.figure(f"{what}frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used), "", "<= 4")
+    measured.figure(f"{what}frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used_up(grown)), "", "<= 4")
     if not dropped:
         measured.figure("where the board's two processors' time goes, %", rig.profile(3))
 

@@ -6,7 +6,7 @@ from typing import Any
 
 
 def shuffled(tests: Sequence[Any], seed: int) -> list[Any]:
-    """Tests that share a board stay together, for starting one takes long; those that need a fresh one come last."""
+    """Tests that share a board stay together, for starting one takes long; those that spoil it come last."""
     chance = random.Random(seed)
     boards = sorted({test.board for test in tests})
     chance.shuffle(boards)
@@ -14,5 +14,5 @@ def shuffled(tests: Sequence[Any], seed: int) -> list[Any]:
     for board in boards:
         mine = sorted((test for test in tests if test.board == board), key=lambda test: test.name)
         chance.shuffle(mine)
-        out += [test for test in mine if not test.fresh_board] + [test for test in mine if test.fresh_board]
+        out += [test for test in mine if not test.spoils_board] + [test for test in mine if test.spoils_board]
     return out

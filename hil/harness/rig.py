@@ -3,7 +3,7 @@
 prepare    builds what is missing; Tools are the programs
 open_rig   a Rig for a board of the roster
 Rig        cameras; the firmware on the board; clients outside of it; the desktop's firmware; what judges
-Watcher    a client that goes on while something happens
+used_up    what became of frames
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from .build import NotBuilt, build_for_board, build_for_host
 from .camera import UsbCamera
 from .runner import Broken, CannotRun
 from .waits import wait_for
+from .watcher import Watcher, WatcherHere
 
 
 # What the camera damaged as it was told to.
@@ -104,6 +105,11 @@ def _switched_on(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Boa
     return machine
 
 
+def used_up(grown: Mapping[str, float]) -> float:
+    """Of frames that the firmware took, those whose end is told: made into light, dropped because a newer one was there, or failed."""
+    return grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
+
+
 class Rig:
     """One board and what stands around it. `peer`: the second board on its wire, where the test has one."""
 
@@ -159,12 +165,13 @@ class Rig:
         return self.board.grpc()
 
     def daemon(self) -> dict[str, int]:
-        """lightwelld's process as the board has it: pid, resident kB and those of them that are its own, threads, handles; and how often systemd started it anew."""
+        """lightwelld's process as the board has it: pid, resident kB and those of them that are its own, threads, handles; and how
+        often systemd started it anew."""
         shown = self.board.run("p=$(systemctl show -p MainPID --value lightwelld); echo pid $p; "
                                "systemctl show -p NRestarts lightwelld | sed 's/NRestarts=/restarts /'; "
-                               "awk '/^VmRSS/ {print \"rss_kb\", $2} /^RssAnon/ {print \"own_kb\", $2} /^Threads/ {print \"threads\", $2}' /proc/$p/status; "
+                               "sed -n 's/^VmRSS:/rss_kb/p; s/^RssAnon:/own_kb/p; s/^Threads:/threads/p' /proc/$p/status; "
                                "echo handles $(ls /proc/$p/fd | wc -l)", check=True).out
-        return {name: int(value) for name, value in (line.split() for line in shown.splitlines())}
+        return {name: int(value) for name, value, *_ in (line.split() for line in shown.splitlines())}
 
     def snapshot(self, camera: UsbCamera, uri: str) -> dict[str, float]:
         """Counters of camera and firmware, and when: as near to one moment as two questions are. Frames that a fault asked the camera
@@ -197,12 +204,13 @@ class Rig:
             if late <= _REST_S and streams() == before:
                 return looked | {"at": begun, "until": begun + _REST_S, "arrived": sum(line["frames"] for line in lines),
                                  "missing": lines[-1]["gaps"]}
-        raise Broken(f"four looks at a camera at rest took more than {_REST_S} s each, or the firmware took it for gone: this machine is too busy")
+        raise Broken(f"four looks at a camera at rest took more than {_REST_S} s each, or the firmware took it for gone: this machine "
+                     "is too busy")
 
     def profile(self, seconds: float) -> str:
         """Where the time of the board's processors goes, in percent of all of them."""
-        script = (f"look() {{ head -1 /proc/stat; for t in /proc/$(pidof lightwelld)/task/*/stat; do cat $t; done; }}; "
-                  f"look; echo --; sleep {seconds}; look; getconf CLK_TCK")
+        script = (f"p=$(pidof lightwelld); look() {{ head -1 /proc/stat; cat /proc/$p/task/*/stat; }}; "
+                  f"look; echo --; sleep {seconds}; look")
         first, second = self.board.run(script, check=True, timeout_s=seconds + 60).out.split("--\n")
         def read(text: str) -> tuple[list[int], dict[str, int]]:
             lines = [line for line in text.splitlines() if " " in line]
@@ -253,7 +261,7 @@ class Rig:
     def watcher(self, uri: str) -> Iterator[Watcher]:
         """A client that goes on while something happens."""
         command = self.board.host_command([str(self.tools.host / "lightwell"), "watch", uri, "--json"])
-        with Watcher(command) as running:
+        with WatcherHere(command) as running:
             yield running
 
     def record(self, uri: str, seconds: float, file: Path) -> None:
@@ -304,44 +312,3 @@ class Rig:
         if done.returncode > 1:
             raise Broken(f"demo_report ended with {done.returncode}: {done.stderr}")
         return json.loads(done.stdout)
-
-
-class Watcher:
-    """`lightwell watch --json`, line by line."""
-
-    def __init__(self, command: Sequence[str]) -> None:
-        self._file = tempfile.NamedTemporaryFile("w+", prefix="lightwell-watch-", encoding="utf-8")
-        self._child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._file, stderr=subprocess.DEVNULL)
-
-    def __enter__(self) -> Watcher:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._child.terminate()
-        self._child.wait(20)
-        self._file.close()
-
-    def _lines(self, kind: str) -> list[dict[str, Any]]:
-        text = Path(self._file.name).read_text(encoding="utf-8")
-        whole = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
-        return [line for line in whole if line["kind"] == kind]
-
-    def seconds(self) -> list[dict[str, Any]]:
-        """What it said of each second so far."""
-        return self._lines("second")
-
-    def summary(self) -> dict[str, Any]:
-        """Ends it; what it said of all."""
-        self._child.terminate()
-        self._child.wait(20)
-        lines = self._lines("summary")
-        if not lines:
-            raise Broken("the client ended without a summary")
-        return lines[0]
-
-    def wait_for(self, what: str, limit_s: float, *, since: int, frames: int = 1) -> dict[str, Any]:
-        """The first line after the `since`th in which at least `frames` came."""
-        def look() -> dict[str, Any] | None:
-            return next((line for line in self.seconds()[since:] if line["frames"] >= frames), None)
-
-        return wait_for(what, look, limit_s, every_s=0.1)

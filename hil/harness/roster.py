@@ -71,5 +71,5 @@ def _check_peer(roster: Any, test: Any, name: str) -> None:
     for board in (boards[test.board], boards[test.peer]):
         if board.WhichOneof("kind") != "qemu" or board.qemu.net != "tap":
             raise RosterError(f"{name}: test {test.name}: {board.name} is on no wire with its peer; that needs net: \"tap\"")
-    if not test.fresh_board:
-        raise RosterError(f"{name}: test {test.name} has a peer, so it needs fresh_board: true")
+    if not test.spoils_board:
+        raise RosterError(f"{name}: test {test.name} has a peer, so it needs spoils_board: true")

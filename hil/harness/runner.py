@@ -73,7 +73,8 @@ class _Limit:
 
 
 def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed: int, commit: str, lock_limit_s: float,
-        times_judged: bool = True, finished: Callable[[Result], None], case: Callable[[Any], Case] = case_of, lock_folder: Path | None = None) -> list[Result]:
+        times_judged: bool = True, finished: Callable[[Result], None], case: Callable[[Any], Case] = case_of,
+        lock_folder: Path | None = None) -> list[Result]:
     """Every test once; `finished` hears of each when it is over."""
     results = []
     todo = order.shuffled(tests, seed)
@@ -86,7 +87,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
             measured = Measured()
             result = Result(test.name, commit, 0, measured.figures, times_judged=times_judged)
             try:
-                if board is None or name != test.board or test.fresh_board:
+                if board is None or name != test.board or test.peer:
                     stack.close()
                     stack, board, name = ExitStack(), None, test.board
                     # In one order for everybody: two runs never wait for each other.
@@ -105,7 +106,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
             if not result.skipped and not result.trouble and not measured.figures:
                 result.trouble = "it measured nothing"
             result.seconds = time.monotonic() - begun
-            if (result.trouble or test.fresh_board) and board is not None:
+            if (result.trouble or test.spoils_board) and board is not None:
                 # Who knows what it left behind.
                 stack.close()
                 board = None

@@ -83,18 +83,18 @@ class TheRoster(unittest.TestCase):
                       self.refusal(SMALL.replace('uri: "v4l2:/dev/video0"', 'vivid { format: "GREY" }')))
 
     def test_a_peer_is_a_second_board_on_the_same_wire(self) -> None:
-        two = (SMALL.replace("cpus: 2", 'net: "tap"').replace("limit_s: 3", 'limit_s: 3 peer: "head" fresh_board: true')
+        two = (SMALL.replace("cpus: 2", 'net: "tap"').replace("limit_s: 3", 'limit_s: 3 peer: "head" spoils_board: true')
                + 'board { name: "head" qemu { net: "tap" } }')
         self.assertEqual(roster.parse(two, "r").test[0].peer, "head")
         self.assertIn("peer 'hat'; there are box, head", self.refusal(two.replace('peer: "head"', 'peer: "hat"')))
         self.assertIn("another board than box", self.refusal(two.replace('peer: "head"', 'peer: "box"')))
         self.assertIn("box is on no wire", self.refusal(two.replace('net: "tap"', 'net: "user"', 1)))
         self.assertIn("head is on no wire", self.refusal(two.replace('"head" qemu { net: "tap" }', '"head" qemu {}')))
-        self.assertIn("needs fresh_board", self.refusal(two.replace("fresh_board: true", "")))
+        self.assertIn("needs spoils_board", self.refusal(two.replace("spoils_board: true", "")))
 
 
 class Order(unittest.TestCase):
-    tests = [SimpleNamespace(name=f"t.{i}", board="ab"[i % 2], fresh_board=i < 4) for i in range(20)]
+    tests = [SimpleNamespace(name=f"t.{i}", board="ab"[i % 2], spoils_board=i < 4) for i in range(20)]
 
     def names(self, seed: int) -> list[str]:
         return [test.name for test in order.shuffled(self.tests, seed)]
@@ -104,13 +104,13 @@ class Order(unittest.TestCase):
         self.assertGreater(len({tuple(self.names(seed)) for seed in range(10)}), 8)
         self.assertEqual(sorted(self.names(5)), sorted(test.name for test in self.tests))
 
-    def test_keeps_boards_together_and_fresh_ones_last(self) -> None:
+    def test_keeps_boards_together_and_what_spoils_them_last(self) -> None:
         for seed in range(10):
             boards = [test.board for test in order.shuffled(self.tests, seed)]
             self.assertEqual(sum(1 for a, b in zip(boards, boards[1:]) if a != b), 1)
             for board in "ab":
-                fresh = [t.fresh_board for t in order.shuffled(self.tests, seed) if t.board == board]
-                self.assertEqual(fresh, sorted(fresh))
+                spoiling = [t.spoils_board for t in order.shuffled(self.tests, seed) if t.board == board]
+                self.assertEqual(spoiling, sorted(spoiling))
 
 
 class Reports(unittest.TestCase):
@@ -178,11 +178,11 @@ class Runs(unittest.TestCase):
         return number
 
     def run_them(self, **cases: Any) -> dict[str, report.Result]:
-        tests = [SimpleNamespace(name=name, what="", board="box", limit_s=1, fresh_board=name.startswith("fresh"),
-                                 peer="another" if name.startswith("fresh_two") else "") for name in cases]
+        tests = [SimpleNamespace(name=name, what="", board="box", limit_s=1, spoils_board=name.startswith("spoils"),
+                                 peer="another" if name.startswith("spoils_two") else "") for name in cases]
         heard: list[report.Result] = []
-        results = runner.run(tests, {"box": "the box", "another": "the other"}, self.start, seed=1, commit="c", lock_limit_s=1, finished=heard.append,
-                             case=lambda test: cases[test.name], lock_folder=Path(self.folder.name))
+        results = runner.run(tests, {"box": "the box", "another": "the other"}, self.start, seed=1, commit="c", lock_limit_s=1,
+                             finished=heard.append, case=lambda test: cases[test.name], lock_folder=Path(self.folder.name))
         self.assertEqual(results, heard)
         self.assertEqual(self.started, self.ended, "every board that was started was ended")
         return {result.test: result for result in results}
@@ -221,15 +221,16 @@ class Runs(unittest.TestCase):
         self.assertEqual([name for name, result in results.items() if result.good], ["well"])
         self.assertGreaterEqual(len(self.started), 3)
 
-    def test_fresh_boards_are_for_one_test_alone(self) -> None:
+    def test_a_board_that_is_spoiled_is_nobodys_afterwards(self) -> None:
         boards: list[int] = []
 
         def looks(board: int, _: Any, measured: runner.Measured) -> None:
             boards.append(board)
             measured.figure("f", 1)
 
-        self.run_them(fresh_a=looks, fresh_b=looks, c=looks)
-        self.assertEqual(len(set(boards)), 3)
+        self.run_them(spoils_a=looks, spoils_b=looks, c=looks)
+        # Whoever spoils it comes last, and what comes then has another.
+        self.assertEqual(boards, [0, 0, 1])
 
     def test_a_peer_is_started_for_its_test_alone_and_nobody_else_has_it_meanwhile(self) -> None:
         def looks(_: int, __: Any, measured: runner.Measured) -> None:
@@ -238,7 +239,7 @@ class Runs(unittest.TestCase):
                     self.fail("two hold it")
             measured.figure("f", 1)
 
-        results = self.run_them(a=self.well, fresh_two=looks)
+        results = self.run_them(a=self.well, spoils_two=looks)
         self.assertTrue(all(result.good for result in results.values()), results)
         self.assertEqual(self.peers, [None, "the other"])
         with locks.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
@@ -270,7 +271,7 @@ class Rigs(unittest.TestCase):
                 if self.options.memory_mb == 1:
                     raise BoardError("too small")
 
-            def stop(self) -> None:
+            def power_cut(self) -> None:
                 notes.append(f"{self.name} off")
 
             def run(self, command: str, *, check: bool) -> None:
