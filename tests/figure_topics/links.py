@@ -117,7 +117,9 @@ def day(programs, say):
             at_most("memory after a day, over that at noon", 600, None if get("rss_kb.half") is None else get("rss_kb.last") - get("rss_kb.half"), "kB", real),
             reported("memory after a day, over the largest of the first three hours", grown("rss_kb"), "kB", real),
             at_most("file handles after a day, over those of the first three hours", 0, grown("fds"), "", real),
-            at_most("threads after a day, over those of the first three hours", 0, grown("threads"), "", real),
+            at_most("threads after a day, over those of the first three hours, without gRPC's pools", 0, grown("threads"), "", real),
+            # gRPC starts them when work comes together, be it after hours; its executors have at most two a core.
+            at_most("threads of the largest of gRPC's pools, at any look", get("pool_threads.bound", 0), get("pool_threads.most"), "", real),
             equals("reconnects of the client that stays", 0, get("reconnects"), "", real),
             reported("descriptors that it received", get("received"), "", real)]
 

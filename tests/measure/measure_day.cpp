@@ -3,11 +3,13 @@
 // what the process holds in the first three hours at most, at the end (of threads and handles the fewest at the last three hours' ends), and
 // at most in between: one JSON object a line for tests/figures (figure, value).
 //   measure_day [--hours H]      24
-//     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads...; received, coalesced, reconnects
+//     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads... (without those of gRPC's pools);
+//     pool_threads.most (of the largest pool, at any look), pool_threads.bound; received, coalesced, reconnects
 #include <dirent.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include <lightwell/probe.hpp>
@@ -45,21 +48,53 @@ std::size_t entries_of(const char* folder) {
   return n;
 }
 
+/// Of gRPC 1.51, as the kernel shows their names: it starts threads there when work comes together, be it after hours. Executors keep
+/// them, at most two a core; the event engine has one a core and at least two, and one more a second while all are busy, which ends
+/// after 30 s without work: it has no bound of gRPC's, and is held to the same here.
+constexpr std::array<std::string_view, 3> kPools{"default-executo", "resolver-execut", "event_engine"};
+
+double pool_bound() { return 2.0 * static_cast<double>(::sysconf(_SC_NPROCESSORS_CONF)); }
+
+struct Threads {
+  double others = 0, largest_pool = 0;
+
+  static Threads now() {
+    DIR* d = ::opendir("/proc/self/task");
+    if (d == nullptr) fail("/proc/self/task cannot be read");
+    std::array<double, kPools.size()> pools{};
+    Threads out;
+    while (const dirent* entry = ::readdir(d)) {
+      if (entry->d_name[0] == '.') continue;
+      std::ifstream comm(std::string("/proc/self/task/") + entry->d_name + "/comm");
+      std::string name;
+      if (!std::getline(comm, name)) continue;  // It ended meanwhile.
+      const auto pool = std::find(kPools.begin(), kPools.end(), name);
+      ++(pool == kPools.end() ? out.others : pools[static_cast<std::size_t>(pool - kPools.begin())]);
+    }
+    ::closedir(d);
+    out.largest_pool = *std::max_element(pools.begin(), pools.end());
+    return out;
+  }
+};
+
 struct Held {
   double rss_kb = 0, fds = 0, threads = 0;
+  double largest_pool = 0;  ///< Threads of one of gRPC's pools.
 
   static Held now() {
+    const Threads threads = Threads::now();
     std::ifstream statm("/proc/self/statm");
     double pages = 0, resident = 0;
     statm >> pages >> resident;
     return {resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1024, static_cast<double>(entries_of("/proc/self/fd")),
-            static_cast<double>(entries_of("/proc/self/task"))};
+            threads.others, threads.largest_pool};
   }
   [[nodiscard]] Held largest(const Held& o) const {
-    return {std::max(rss_kb, o.rss_kb), std::max(fds, o.fds), std::max(threads, o.threads)};
+    return {std::max(rss_kb, o.rss_kb), std::max(fds, o.fds), std::max(threads, o.threads),
+            std::max(largest_pool, o.largest_pool)};
   }
   /// This memory; of what comes and goes the fewer.
-  [[nodiscard]] Held fewest(const Held& o) const { return {rss_kb, std::min(fds, o.fds), std::min(threads, o.threads)}; }
+  [[nodiscard]] Held fewest(const Held& o) const { return {rss_kb, std::min(fds, o.fds), std::min(threads, o.threads), largest_pool}; }
   void print(const char* when) const {
     std::printf("{\"figure\": \"rss_kb.%s\", \"value\": %.0f}\n{\"figure\": \"fds.%s\", \"value\": %.0f}\n"
                 "{\"figure\": \"threads.%s\", \"value\": %.0f}\n",
@@ -124,8 +159,8 @@ int main(int argc, char** argv) {
   const auto frames = static_cast<std::uint64_t>(hours * 3600 * kRate);
   const auto hour = static_cast<std::uint64_t>(3600 * kRate), visit = static_cast<std::uint64_t>(60 * kMinutesBetweenClients * kRate);
   std::optional<Probe> visitor;
-  // Pools fill, and gRPC starts and ends threads of its pool with its load: as many as at most in the first hours may be there at
-  // some of the last looks, and what leaks is there at all of them.
+  // The clients that come and go have threads and handles at their ends: as many as at most in the first hours may be there at some of
+  // the last looks, and what leaks is there at all of them.
   constexpr std::uint64_t kSettling = 3;
   Held settled, half, most, last;
   for (std::uint64_t n = 1; n <= frames; ++n) {
@@ -152,6 +187,8 @@ int main(int argc, char** argv) {
   half.print("half");
   most.print("largest");
   last.print("last");
+  print("pool_threads.most", most.largest_pool);
+  print("pool_threads.bound", pool_bound());
   print("published", static_cast<double>(frames));
   print("received", static_cast<double>(stays->stats().received));
   print("coalesced", static_cast<double>(publisher.counters().coalesced));
