@@ -37,8 +37,8 @@ Coverage coverage_of(const std::vector<std::vector<PagePoint>>& outlines, double
   Coverage out;
   if (!(x_min <= x_max)) return out;
   out.left = static_cast<int>(std::floor(x_min)), out.top = static_cast<int>(std::floor(y_min));
-  // An edge's last pixel hands on to the one right of it.
-  out.width = static_cast<int>(std::floor(x_max)) - out.left + 2;
+  // An edge's last pixel hands on to the one right of it; one more for what rounding does left of the page.
+  out.width = static_cast<int>(std::floor(x_max)) - out.left + 3;
   out.height = static_cast<int>(std::floor(y_max)) - out.top + 1;
   out.share.assign(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height), 0.0F);
   for (const auto& outline : outlines)
