@@ -14,7 +14,9 @@
 #include "app/network.hpp"
 #include "app/pipeline.hpp"
 #include "app/service_manager.hpp"
+#include "app/tag_body_finder.hpp"
 #include "camera/frame_recorder.hpp"
+#include "estimate/marker/marker_estimator.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "link/access/exposure.hpp"
 #include "link/grpc/grpc_link.hpp"
@@ -47,6 +49,27 @@ Status check_fit(const RigParameters& rig, const CameraInfo& camera) {
   return {};
 }
 
+Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig) {
+  if (!config.marker) {
+    PanoramaOptions options;
+    options.config = config.estimator;
+    options.probe_id = identity_of(config.probe_name);
+    options.grey_patch = config.grey_patch;
+    return make_panorama_estimator(rig, options);
+  }
+  const Result<MarkerBody> body = load_marker_body(config.marker->body);
+  if (!body) return body.status();
+  Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, *body);
+  if (!finder) return finder.status();
+  MarkerOptions options;
+  options.config = config.estimator;
+  options.probe_id = identity_of(config.probe_name);
+  Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
+  if (!marker) return marker.status();
+  log_info("marker: looking for " + body->name);
+  return std::unique_ptr<Estimator>(std::move(*marker));
+}
+
 Result<Parts> make_parts(const Config& config) {
   Parts parts;
   Result<std::unique_ptr<CameraBackend>> camera = make_backend(config.camera);
@@ -76,11 +99,7 @@ Result<Parts> make_parts(const Config& config) {
     if (!mounting) return mounting.status();
     parts.mounting = *mounting;
   }
-  PanoramaOptions options;
-  options.config = config.estimator;
-  options.probe_id = identity_of(config.probe_name);
-  options.grey_patch = config.grey_patch;
-  Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(parts.rig, options);
+  Result<std::unique_ptr<Estimator>> estimator = make_estimator(config, parts.rig);
   if (!estimator) return estimator.status();
   parts.estimator = std::move(*estimator);
   return parts;

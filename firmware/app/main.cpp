@@ -53,13 +53,14 @@ int main(int argc, char** argv) {
       "  lightwelld --camera sim:city                        a simulated rig in a real place\n"
       "  lightwelld --camera 'sim:night?sensor=rgb8' --exposure-s 0.001 --exposure-s 0.02 --exposure-s 0.4\n"
       "  lightwelld --config /etc/lightwell/probe.textproto  everything from a file\n"
+      "  lightwelld --camera v4l2:/dev/video0 --calibration webcam.textproto --estimator marker --body dodecahedron.textproto\n"
       "  lightwelld --camera sim:city --budget-ms 3          cheaper settings under load, richer ones when there is room\n"
       "  lightwelld --camera sim:city --listen '[::]:7420' --security tls   for the network, to clients that were paired\n"
       "  lightwelld --pair --listen '[::]:7420' --security tls              beside it: lets one client be paired, then ends\n"
       "  lightwell watch grpc://127.0.0.1:7420               what a client sees\n"
       "Fields of the file: proto/lightwell/v1/config.proto. Options here win over the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
-  std::string config_path, camera, calibration, mounting, listen, mqtt, record, name, keys, pair_listen;
+  std::string config_path, camera, calibration, estimator, body, mounting, listen, mqtt, record, name, keys, pair_listen;
   lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified;
   Size size;
   double frame_rate = -1;
@@ -69,6 +70,11 @@ int main(int argc, char** argv) {
   app.add_option("--config", config_path, "Configuration in protobuf text format");
   app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
   app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
+  app.add_option("--estimator", estimator,
+                 "What light is read from: panorama (all that the camera sees around it) or marker (a body with tags that it looks at) "
+                 "[marker where a body is named, else panorama]")
+      ->check(CLI::IsMember({"panorama", "marker"}));
+  app.add_option("--body", body, "The marker's body, as lightwell-calibrate marker-sheet wrote it");
   app.add_option("--mounting", mounting, "Where the probe hangs, as lightwell-calibrate mounting wrote it: clients are told");
   app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
   app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]")->check(CLI::NonNegativeNumber);
@@ -115,6 +121,7 @@ int main(int argc, char** argv) {
     for (std::string* path : {&config.calibration, &config.mounting, &config.grpc.keys, &config.grpc.certificate,
                               &config.grpc.key, &config.grpc.client_ca})
       make_absolute(*path, config_path);
+    if (config.marker) make_absolute(config.marker->body, config_path);
     if (config.mqtt)
       for (std::string* path :
            {&config.mqtt->ca_file, &config.mqtt->certificate_file, &config.mqtt->key_file, &config.mqtt->login_file})
@@ -122,6 +129,13 @@ int main(int argc, char** argv) {
   }
   if (!camera.empty()) config.camera.uri = camera;
   if (!calibration.empty()) config.calibration = calibration;
+  if (!body.empty()) config.marker = lightwell::MarkerConfig{body};
+  if (estimator == "panorama") config.marker.reset();
+  if (estimator == "marker" && !config.marker) {
+    lightwell::log_error("--estimator marker needs the body that is looked at: name its file with --body or marker.body; "
+                         "lightwell-calibrate marker-sheet makes one, and the sheet to print");
+    return kUsage;
+  }
   if (!mounting.empty()) config.mounting = mounting;
   if (size.width != 0) {
     config.camera.width = size.width;

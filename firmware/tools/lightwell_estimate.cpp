@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "app/tag_body_finder.hpp"
+#include "estimate/marker/marker_estimator.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "tools/image_bracket.hpp"
 
@@ -24,12 +26,14 @@ constexpr const char* kHelp = R"(lightwell-estimate: how a place is lit, from st
   lightwell-estimate --calibration RIG.textproto fisheye.png --json -
   lightwell-estimate --calibration RIG.textproto --lens 0 front.exr --lens 1 back.exr --json out.json
   lightwell-estimate --calibration RIG.textproto --exposure-s 0.001 a.png --exposure-s 0.03 b.png --json -
+  lightwell-estimate --calibration WEBCAM.textproto --body DODECAHEDRON.textproto photo.png --json -
 
 Images are read in order; --lens and --exposure-s speak of the images after them.
   --calibration FILE   what each pixel means (proto/lightwell/v1/calibration.proto, text format)
   --equirect IMAGE     a whole panorama; needs no calibration (PNG and JPEG: sRGB response)
   --lens N             lens of the rig that the images after it belong to [0]
   --exposure-s E       exposure of the next image in seconds; a bracket gives one before each image
+  --body FILE          read light from this marker in the picture (lightwell-calibrate marker-sheet makes the file)
   --json FILE          write the descriptor as protobuf JSON; - is standard output
   --binary FILE        write the descriptor's bytes as they would go over the wire
   --band N             highest band of the harmonics, 0 to 6 [4]
@@ -45,7 +49,7 @@ Exit status: 0 done, 1 an input is wrong (standard error says which and how to m
 enum Exit : int { kOk = 0, kBadInput = 1, kUsage = 2 };
 
 struct Arguments {
-  std::string calibration, equirect, json, binary;
+  std::string calibration, equirect, body, json, binary;
   std::vector<ImageArgument> images;
   EstimatorConfig config;
   bool help = false;
@@ -78,7 +82,7 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
       exposure = 0;
       continue;
     }
-    static constexpr std::string_view kOptions[] = {"--calibration", "--equirect", "--json",       "--binary",
+    static constexpr std::string_view kOptions[] = {"--calibration", "--equirect", "--body", "--json",       "--binary",
                                                     "--lens",        "--exposure-s", "--band", "--max-lights"};
     if (std::find(std::begin(kOptions), std::end(kOptions), std::string_view(word).substr(0, word.find('='))) ==
         std::end(kOptions))
@@ -98,6 +102,8 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
       out.calibration = *value;
     } else if (word == "--equirect") {
       out.equirect = *value;
+    } else if (word == "--body") {
+      out.body = *value;
     } else if (word == "--json") {
       out.json = *value;
     } else if (word == "--binary") {
@@ -125,10 +131,30 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
   if (exposure > 0) return usage("--exposure-s has no image after it; it speaks of the next one");
   if (out.equirect.empty() == out.calibration.empty())
     return usage("give either --calibration with images or --equirect with one");
+  if (!out.equirect.empty() && !out.body.empty()) return usage("--body needs --calibration: of a camera that looks at the marker");
   if (!out.equirect.empty() && !out.images.empty())
     return usage("--equirect takes one image; more images need --calibration");
   if (const Status s = out.config.validate(); !s.ok()) return usage(s.message());
   return out;
+}
+
+Result<std::unique_ptr<Estimator>> make_estimator(const Arguments& arguments, const RigParameters& rig) {
+  if (arguments.body.empty()) {
+    PanoramaOptions options;
+    options.config = arguments.config;
+    options.probe_id = identity_of("lightwell-estimate");
+    return make_panorama_estimator(rig, options);
+  }
+  const Result<MarkerBody> body = load_marker_body(arguments.body);
+  if (!body) return body.status();
+  Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, *body);
+  if (!finder) return finder.status();
+  MarkerOptions options;
+  options.config = arguments.config;
+  options.probe_id = identity_of("lightwell-estimate");
+  Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
+  if (!marker) return marker.status();
+  return std::unique_ptr<Estimator>(std::move(*marker));
 }
 
 Result<Descriptor> descriptor_of(const Arguments& arguments) {
@@ -153,10 +179,7 @@ Result<Descriptor> descriptor_of(const Arguments& arguments) {
   if (bracket->unusual > 0)
     std::cerr << "lightwell-estimate: " << bracket->unusual
               << " numbers are negative, NaN or infinite and were replaced (flag CLEANED)\n";
-  PanoramaOptions options;
-  options.config = arguments.config;
-  options.probe_id = identity_of("lightwell-estimate");
-  Result<std::unique_ptr<Estimator>> estimator = make_panorama_estimator(bracket->rig, options);
+  Result<std::unique_ptr<Estimator>> estimator = make_estimator(arguments, bracket->rig);
   if (!estimator) return estimator.status();
   Descriptor descriptor;
   if (const Status s = (*estimator)->estimate(bracket->frames, descriptor); !s.ok()) return s;

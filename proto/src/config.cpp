@@ -76,6 +76,9 @@ Status Config::validate() const {
   if (!(camera.gain > 0) || !std::isfinite(camera.gain)) return bad("camera.gain must be positive and finite");
   if (!(budget_ms >= 0) || !std::isfinite(budget_ms))
     return bad("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
+  if (marker && marker->body.empty())
+    return bad("marker.body is missing: name a body's file, as lightwell-calibrate marker-sheet wrote it");
+  if (marker && grey_patch) return bad("grey_patch has no meaning beside marker: the marker's own paper is known");
   if (mqtt)
     if (Status s = mqtt->validate(); !s.ok()) return s;
   if (mdns < Mdns::off || mdns > Mdns::on) return bad("discovery.mdns is not known");
@@ -208,6 +211,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
     if (!patch) return Status(patch.status().code(), name + ": " + patch.status().message());
     c.grey_patch = *patch;
   }
+  if (m.has_marker()) c.marker = MarkerConfig{m.marker().body()};
   if (m.has_usb_gadget()) {
     c.usb_gadget.emplace();
     if (!m.usb_gadget().ffs().empty()) c.usb_gadget->ffs = m.usb_gadget().ffs();

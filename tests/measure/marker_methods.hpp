@@ -1,7 +1,8 @@
 // Who finds light in frames of a marker, side by side: each looks at every frame once and answers afterwards, because the seed's
 // one threshold is chosen over all of them.
 //   MarkerMethod       the interface
-//   make_seed_method   bench/s1_dodecahedron with our tag detector
+//   make_seed_method       bench/s1_dodecahedron with our tag detector
+//   make_estimator_method  lightwelld's estimator
 #pragma once
 
 #include <memory>
@@ -44,5 +45,8 @@ class MarkerMethod {
 ///   seed_half      a threshold of 0.5, which the text implies
 ///   seed_each      for every frame the threshold that is best for it, which nobody can know: a lower limit
 [[nodiscard]] Result<std::unique_ptr<MarkerMethod>> make_seed_method(bool srgb);
+
+/// One column, lightwell: flagged where the descriptor says unsure.
+[[nodiscard]] std::unique_ptr<MarkerMethod> make_estimator_method();
 
 }  // namespace lightwell::measure

@@ -8,7 +8,9 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "estimate/marker/light_fit.hpp"
 #include "estimate/marker/light_search.hpp"
+#include "estimate/marker/observations.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -19,8 +21,8 @@ constexpr double kMostLeftOut = 0.35;
 constexpr double kTableFits = 2.0;
 /// and it shows a shadow where that explains so much more than none (a difference of chi squares).
 constexpr double kShadowShows = 30;
-/// A lamp is one where it gives at least this share of the mean irradiance.
-constexpr double kFaintest = 0.04;
+/// A lamp is one where it gives at least this share of what the brightest face gets: less is what surfaces send to each other.
+constexpr double kFaintest = 0.06;
 /// Where a lamp's distance is begun at least, 1/m: at infinity its derivative tells least.
 constexpr double kFirstInverse = 0.5;
 /// A sample that differs from its face's slope by more than this share of it, and by more than four times what the others do, is something else.
@@ -54,7 +56,7 @@ class Chooser {
       simplify(2);
     }
     for (std::size_t count = 3; count <= static_cast<std::size_t>(options_.most_lamps) && worth_more(); ++count) {
-      if (best().model.lamps.size() + 1 < count) break;
+      if (best().model.lamps.size() + 1 != count) break;
       try_beside(best().model.lamps);
       simplify(count);
     }
@@ -77,7 +79,7 @@ class Chooser {
 
   void take(Fit fit) {
     for (const Lamp& lamp : fit.model.lamps)
-      if (luminance(lamp.irradiance) < kFaintest * seen_.mean(0)) return;
+      if (luminance(lamp.irradiance) < kFaintest * seen_.brightest(0)) return;
     fits_.push_back(std::move(fit));
     if (fits_.size() == 1 || fits_.back().bic() < best().bic()) best_ = fits_.size() - 1;
   }
@@ -112,7 +114,7 @@ class Chooser {
   }
 
   void try_beside(std::vector<Lamp> lamps) {
-    for (const LightSearch::Candidate& one : search_.singles(2, Witness::faces, lamps)) {
+    for (const LightSearch::Candidate& one : search_.singles(2, witness_, lamps)) {
       std::vector<Lamp> more = lamps;
       more.push_back(one.lamps[0]);
       try_places(more);
@@ -151,11 +153,9 @@ Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& se
 
   std::vector<Lamp> beside = best.model.lamps;
   beside.erase(beside.begin() + static_cast<std::ptrdiff_t>(which));
-  const Witness told = beside.empty() ? witness : Witness::faces;
-  const LightSearch::Landscape map = search.landscape(told, beside);
-  // The landscape knows no bounds and, beside other lamps, no table: measured from its own lowest place, if that is lower.
+  const LightSearch::Landscape map = search.landscape(witness, beside);
+  // The landscape knows no bounds: measured from its own lowest place, if that is lower.
   double lowest = best.chi_square;
-  if (told != witness) lowest = 1e300;
   for (const double chi : map.chi_square) lowest = std::min(lowest, chi);
   double mass = 2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18));
   Eigen::Matrix2d spread = mass * own;

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "estimate/marker/light_fit.hpp"
-#include "estimate/marker/observations.hpp"
+#include "estimate/marker/fit_options.hpp"
+#include "estimate/marker/light_model.hpp"
 
 namespace lightwell::marker {
 

@@ -6,18 +6,11 @@
 
 #include <Eigen/Core>
 
+#include "estimate/marker/fit_options.hpp"
 #include "estimate/marker/light_model.hpp"
 #include "estimate/marker/observations.hpp"
 
 namespace lightwell::marker {
-
-struct FitOptions {
-  /// Nearest place of a lamp, m from the body's centre: well outside of the body.
-  double nearest_m = 0.12;
-  /// Band 1 of the light from all around, as a share of its band 0: its standard deviation before anything is seen.
-  double ambient_slope = 0.5;
-  int iterations = 40;
-};
 
 enum class Distance : std::uint8_t { infinite, free };
 

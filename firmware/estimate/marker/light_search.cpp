@@ -67,12 +67,11 @@ std::vector<LightSearch::Candidate> best_of(std::vector<LightSearch::Candidate> 
 }  // namespace
 
 LightSearch::LightSearch(const Observations& seen, const std::vector<Vec3d>& hull, const FitOptions& options)
-    : seen_(seen), hull_(hull), slope_(options.ambient_slope) {
+    : seen_(seen), hull_(hull), slope_(options.ambient_slope), faces_(static_cast<std::size_t>(seen.channels())) {
   const Eigen::Index n = seen.samples();
   for (int c = 0; c < seen.channels(); ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    Eigen::MatrixXd& basis = basis_[channel];
-    basis.resize(n + 3, 0);
+    Look& look = faces_[static_cast<std::size_t>(c)];
+    look.basis.resize(n + 3, 0);
     for (int b = 0; b < 4; ++b) {
       Eigen::VectorXd column(n + 3);
       for (Eigen::Index i = 0; i < n; ++i) {
@@ -82,18 +81,17 @@ LightSearch::LightSearch(const Observations& seen, const std::vector<Vec3d>& hul
       seen.whiten(c, column.head(n));
       column.tail<3>().setZero();
       if (b > 0) column[n + b - 1] = 1 / (slope_ * kAmbient * std::max(seen.mean(c), 1e-300));
-      extend(basis, column);
+      extend(look.basis, column);
     }
-    left_[channel] = Eigen::VectorXd::Zero(n + 3);
-    left_[channel].head(n) = seen.seen(c);
-    project(basis, left_[channel]);
-    Eigen::MatrixXf& columns = columns_[channel];
-    columns.resize(n + 3, static_cast<Eigen::Index>(grid().size() * kInverse.size()));
+    look.left = Eigen::VectorXd::Zero(n + 3);
+    look.left.head(n) = seen.seen(c);
+    project(look.basis, look.left);
+    look.columns.resize(n + 3, static_cast<Eigen::Index>(grid().size() * kInverse.size()));
     Eigen::Index at = 0;
     for (const Vec3d& direction : grid())
-      for (const double w : kInverse) columns.col(at++) = column_of(c, direction, w).cast<float>();
-    const Eigen::MatrixXf single = basis.cast<float>();
-    columns -= single * (single.transpose() * columns);
+      for (const double w : kInverse) look.columns.col(at++) = column_of(c, direction, w).cast<float>();
+    const Eigen::MatrixXf single = look.basis.cast<float>();
+    look.columns -= single * (single.transpose() * look.columns);
   }
 }
 
@@ -109,63 +107,58 @@ Eigen::VectorXd LightSearch::column_of(int channel, Vec3d direction, double inve
   return column;
 }
 
-double LightSearch::table_chi_square(Vec3d direction, double inverse_distance) {
+Eigen::VectorXd LightSearch::table_column_of(Vec3d direction, double inverse_distance) {
   const TableObservations& table = *seen_.table();
   shadow_.light(table, hull_, direction, inverse_distance, light_);
-  light_ *= table.weight;
-  // Normal equations of two amounts.
-  const double ab = (table_open_ * light_).sum(), bb = light_.square().sum(), by = (light_ * table_seen_).sum();
-  const double det = table_aa_ * bb - ab * ab;
-  double left = table_aa_ > 0 ? table_yy_ - table_ay_ * table_ay_ / table_aa_ : table_yy_;
-  if (det > 1e-9 * table_aa_ * bb) {
-    const double x = (bb * table_ay_ - ab * by) / det, z = (table_aa_ * by - ab * table_ay_) / det;
-    if (z > 0) left = x >= 0 ? table_yy_ - x * table_ay_ - z * by : table_yy_ - by * by / bb;
-  }
-  return std::max(0.0, left);
+  return (light_ * table.weight).matrix();
 }
 
 void LightSearch::look_at_table() {
-  if (!on_table_.empty() || seen_.table() == nullptr) return;
+  if (table_ || seen_.table() == nullptr) return;
   const TableObservations& table = *seen_.table();
-  table_open_ = table.open * table.weight;
-  table_seen_ = table.radiance * table.weight;
-  table_aa_ = table_open_.square().sum();
-  table_ay_ = (table_open_ * table_seen_).sum();
-  table_yy_ = table_seen_.square().sum();
-  on_table_.reserve(grid().size() * kInverse.size());
+  Look& look = table_.emplace();
+  look.basis.resize(table.size(), 0);
+  extend(look.basis, (table.open * table.weight).matrix());
+  look.left = (table.radiance * table.weight).matrix();
+  project(look.basis, look.left);
+  look.columns.resize(table.size(), static_cast<Eigen::Index>(grid().size() * kInverse.size()));
+  Eigen::Index at = 0;
   for (const Vec3d& direction : grid())
-    for (const double w : kInverse) on_table_.push_back(table_chi_square(direction, w));
+    for (const double w : kInverse) look.columns.col(at++) = table_column_of(direction, w).cast<float>();
+  const Eigen::MatrixXf single = look.basis.cast<float>();
+  look.columns -= single * (single.transpose() * look.columns);
 }
 
 LightSearch::Landscape LightSearch::landscape(Witness witness, const std::vector<Lamp>& beside) {
-  const bool with_table = witness == Witness::faces_and_table && seen_.table() != nullptr && beside.empty();
-  if (with_table) look_at_table();
   const std::size_t places = grid().size() * kInverse.size();
   std::vector<double> chi(places, 0);
-  for (int c = 0; c < seen_.channels(); ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    const Eigen::MatrixXf& columns = columns_[channel];
-    Eigen::MatrixXd extra(columns.rows(), 0);
+  const auto add = [&](const Look& look, const auto& column_of_lamp) {
+    Eigen::MatrixXd extra(look.columns.rows(), 0);
     for (const Lamp& lamp : beside) {
-      Eigen::VectorXd column = column_of(c, lamp.direction, lamp.inverse_distance);
-      project(basis_[channel], column);
+      Eigen::VectorXd column = column_of_lamp(lamp);
+      project(look.basis, column);
       extend(extra, column);
     }
-    Eigen::VectorXd left = left_[channel];
+    Eigen::VectorXd left = look.left;
     project(extra, left);
     const double start = left.squaredNorm();
-    const Eigen::VectorXf along = columns.transpose() * left.cast<float>();
-    Eigen::VectorXf size = columns.colwise().squaredNorm().transpose();
-    if (extra.cols() > 0) size -= (extra.cast<float>().transpose() * columns).colwise().squaredNorm().transpose();
+    const Eigen::VectorXf along = look.columns.transpose() * left.cast<float>();
+    Eigen::VectorXf size = look.columns.colwise().squaredNorm().transpose();
+    if (extra.cols() > 0) size -= (extra.cast<float>().transpose() * look.columns).colwise().squaredNorm().transpose();
     for (std::size_t i = 0; i < places; ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       const double gain = along[at] > 0 && size[at] > 1e-6F ? static_cast<double>(along[at]) * along[at] / size[at] : 0;
       chi[i] += std::max(0.0, start - gain);
     }
+  };
+  for (int c = 0; c < seen_.channels(); ++c)
+    add(faces_[static_cast<std::size_t>(c)], [&](const Lamp& lamp) { return column_of(c, lamp.direction, lamp.inverse_distance); });
+  if (witness == Witness::faces_and_table && seen_.table() != nullptr) {
+    look_at_table();
+    add(*table_, [&](const Lamp& lamp) { return table_column_of(lamp.direction, lamp.inverse_distance); });
   }
   Landscape out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0), 4 * std::numbers::pi / kDirections};
   for (std::size_t i = 0; i < places; ++i) {
-    if (with_table) chi[i] += on_table_[i];
     const std::size_t direction = i / kInverse.size();
     if (chi[i] < out.chi_square[direction]) out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverse[i % kInverse.size()];
   }
@@ -188,12 +181,12 @@ std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
   Eigen::MatrixXf chi = Eigen::MatrixXf::Zero(m, m);
   for (int c = 0; c < seen_.channels(); ++c) {
     const auto channel = static_cast<std::size_t>(c);
-    Eigen::MatrixXf columns(columns_[channel].rows(), m);
+    Eigen::MatrixXf columns(faces_[channel].columns.rows(), m);
     for (Eigen::Index i = 0; i < m; ++i)
-      columns.col(i) = columns_[channel].col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverse.size()));
+      columns.col(i) = faces_[channel].columns.col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverse.size()));
     const Eigen::MatrixXf gram = columns.transpose() * columns;
-    const Eigen::VectorXf along = columns.transpose() * left_[channel].cast<float>();
-    const auto start = static_cast<float>(left_[channel].squaredNorm());
+    const Eigen::VectorXf along = columns.transpose() * faces_[channel].left.cast<float>();
+    const auto start = static_cast<float>(faces_[channel].left.squaredNorm());
     for (Eigen::Index a = 0; a < m; ++a)
       for (Eigen::Index b = a + 1; b < m; ++b) {
         const float aa = gram(a, a), bb = gram(b, b), ab = gram(a, b), det = aa * bb - ab * ab;

@@ -2,7 +2,7 @@
 // "Inverse lighting and photorealistic rendering for augmented reality", section 4: few lamps that explain a diffuse probe).
 #pragma once
 
-#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,22 +39,24 @@ class LightSearch {
   [[nodiscard]] Landscape landscape(Witness witness, const std::vector<Lamp>& beside);
 
  private:
+  /// One kind of numbers that were seen: a channel of the faces, or the table. Whitened.
+  struct Look {
+    Eigen::MatrixXd basis;     // orthonormal columns of light from all around
+    Eigen::VectorXd left;      // what was seen, without them
+    Eigen::MatrixXf columns;   // of each direction of the grid, at each distance: what such a lamp would make, without them
+  };
+
   [[nodiscard]] Eigen::VectorXd column_of(int channel, Vec3d direction, double inverse_distance) const;
-  /// Of the table, for one lamp: least squares of its two radiances.
-  [[nodiscard]] double table_chi_square(Vec3d direction, double inverse_distance);
+  [[nodiscard]] Eigen::VectorXd table_column_of(Vec3d direction, double inverse_distance);
   void look_at_table();
 
   const Observations& seen_;
   const std::vector<Vec3d>& hull_;
   double slope_ = 0.5;
-  std::array<Eigen::MatrixXd, 3> basis_;  // orthonormal columns of light from all around, whitened, the prior's rows below
-  std::array<Eigen::VectorXd, 3> left_;   // what was seen, without them
-  /// Of each direction of the grid, at each distance: the whitened column of such a lamp, without them.
-  std::array<Eigen::MatrixXf, 3> columns_;
-  std::vector<double> on_table_;  // chi square of the table for each of them; empty until it is asked for
-  Eigen::ArrayXd table_open_, table_seen_, light_;
-  double table_aa_ = 0, table_ay_ = 0, table_yy_ = 0;
+  std::vector<Look> faces_;
+  std::optional<Look> table_;  // made when it is asked for
   Shadow shadow_;
+  Eigen::ArrayXd light_;
 };
 
 }  // namespace lightwell::marker

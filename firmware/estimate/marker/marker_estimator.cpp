@@ -19,6 +19,8 @@ namespace {
 constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
 /// Darker than so many times what rounding and noise hide, nothing is told.
 constexpr double kDark = 3;
+/// What is not modelled (paper that is not quite matte, lamps that are not points) is never better than this in a direction, rad.
+constexpr double kLeastSigma = 0.005;
 /// Paper that is white: what saturated patches are taken for in a lower bound.
 constexpr double kWhite = 0.8;
 
@@ -57,6 +59,7 @@ class Marker final : public MarkerEstimator {
  private:
   /// Finds the body in one of the bracket's pictures; the lens that sees it.
   [[nodiscard]] Result<int> find(std::span<const Frame> bracket);
+  void add_attitude();
   void tell(Descriptor& out);
   void judge(Descriptor& out) const;
 
@@ -108,6 +111,7 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   marker::ChoiceOptions choice = options_.choice;
   choice.most_lamps = std::min({choice.most_lamps, options_.config.max_lights, static_cast<int>(kMaxLights)});
   report_.light = marker::choose_light(shading_, choice, before_);
+  add_attitude();
   before_.clear();
   for (const marker::ChosenLamp& lamp : report_.light.lamps) before_.push_back(lamp.lamp);
 
@@ -126,6 +130,26 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   tell(out);
   judge(out);
   return {};
+}
+
+/// Normals are as wrong as the body's attitude is, and so are directions.
+void Marker::add_attitude() {
+  const PoseCovariance& c = report_.body.probe_body.covariance;
+  for (marker::ChosenLamp& lamp : report_.light.lamps) {
+    const auto [u, v] = tangent_basis(lamp.lamp.direction);
+    // A turn w moves d by w x d: along u by w . (d x u).
+    const std::array<Vec3d, 2> axes = {cross(lamp.lamp.direction, u), cross(lamp.lamp.direction, v)};
+    const auto along = [&](const Vec3d& a, const Vec3d& b) {
+      const std::array<double, 3> x = {a.x, a.y, a.z}, y = {b.x, b.y, b.z};
+      double sum = 0;
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k) sum += x[i] * c[i][k] * y[k];
+      return sum;
+    };
+    lamp.direction_covariance[0] += along(axes[0], axes[0]) + kLeastSigma * kLeastSigma;
+    lamp.direction_covariance[1] += along(axes[0], axes[1]);
+    lamp.direction_covariance[2] += along(axes[1], axes[1]) + kLeastSigma * kLeastSigma;
+  }
 }
 
 void Marker::tell(Descriptor& out) {

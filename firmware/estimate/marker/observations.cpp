@@ -5,6 +5,29 @@
 
 namespace lightwell::marker {
 
+namespace {
+
+/// Of a table's samples, the darkest and the brightest that are not the very last: shares.
+constexpr double kDark = 0.05, kBright = 0.95;
+/// A shadow that is darker than this share of the rest is so by accident of noise.
+constexpr double kDarkest = 0.01;
+
+/// How many times brighter the table is in the light than in the shadow, at least 1.
+double contrast_of(const std::optional<Table>& table) {
+  if (!table || table->samples.size() < 20) return 1;
+  std::vector<double> sorted;
+  for (const TableSample& t : table->samples) sorted.push_back(t.radiance);
+  const auto at = [&](double share) {
+    const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), place, sorted.end());
+    return *place;
+  };
+  const double bright = at(kBright), dark = at(kDark);
+  return bright > 0 ? std::max(1.0, bright / std::max(dark, kDarkest * bright)) : 1;
+}
+
+}  // namespace
+
 Observations::Observations(const Shading& shading, const ErrorModel& errors)
     : channels_(shading.channels),
       samples_(shading.samples) {
@@ -17,6 +40,7 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
     surfaces_.back().end = i + 1;
   }
   const int n = samples();
+  const double contrast = contrast_of(shading.table);
   for (int c = 0; c < channels_; ++c) {
     const auto channel = static_cast<std::size_t>(c);
     std::vector<double> means;
@@ -29,6 +53,7 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
       brightest_[channel] = std::max(brightest_[channel], means.back());
     }
     mean_[channel] = n > 0 ? sum / n : 0;
+    if (!means.empty()) brightest_[channel] = std::max(brightest_[channel], contrast * *std::min_element(means.begin(), means.end()));
     const double floor = errors.surface_floor * brightest_[channel];
     root_weight_[channel].resize(n);
     together_[channel].resize(n);
@@ -39,8 +64,9 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
       double squared = 0;
       for (int i = s.begin; i < s.end; ++i) {
         const SurfaceSample& sample = samples_[static_cast<std::size_t>(i)];
-        const double alone = std::hypot(sample.sigma[channel], errors.sample_share * sample.irradiance[channel]);
-        // A millionth of the brightest: what no arithmetic of 8 to 16 bits tells, and zero is no deviation to divide by.
+        const double alone = std::hypot(sample.sigma[channel], errors.sample_share * sample.irradiance[channel],
+                                        errors.sample_floor * brightest_[channel]);
+        // Zero is no deviation to divide by.
         root_weight_[channel][i] = 1 / std::max(alone, 1e-6 * brightest_[channel] + 1e-300);
         together_[channel][i] = shared * root_weight_[channel][i];
         squared += together_[channel][i] * together_[channel][i];

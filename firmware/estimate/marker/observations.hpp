@@ -12,19 +12,10 @@
 
 #include <Eigen/Core>
 
+#include "estimate/marker/fit_options.hpp"
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
-
-/// How much is believed, beside what each sample says of itself.
-struct ErrorModel {
-  double sample_share = 0.005;   ///< Of a sample's irradiance: texture, blur, what a patch's middle hides of falloff.
-  double surface_share = 0.007;  ///< Of a surface's mean: its attitude and its paper.
-  double surface_floor = 0.010;  ///< Of the brightest surface's mean, on each: light that goes from surface to surface.
-  double table_share = 0.03;     ///< Of the table's mean, on each sample: its texture, and light that the body throws on it.
-  /// Samples of the table lie so close that neighbours tell the same: so many count as one.
-  double table_together = 4;
-};
 
 /// The table's samples, one number each.
 struct TableObservations {
@@ -49,7 +40,8 @@ class Observations {
   [[nodiscard]] int samples() const { return static_cast<int>(samples_.size()); }
   [[nodiscard]] int channels() const { return channels_; }
   [[nodiscard]] const std::vector<SurfaceSample>& of_faces() const { return samples_; }
-  /// Largest mean of a surface and the mean over all, of a channel.
+  /// What the strongest light gives to whom it meets straight, about: the largest mean of a surface, or where the table is that much brighter outside
+  /// of its shadow, as much more than the darkest. And the mean over all samples. Of a channel.
   [[nodiscard]] double brightest(int channel) const { return brightest_[static_cast<std::size_t>(channel)]; }
   [[nodiscard]] double mean(int channel) const { return mean_[static_cast<std::size_t>(channel)]; }
 

@@ -62,6 +62,11 @@ struct GreyPatch {
   [[nodiscard]] Status validate(const RigParameters& rig) const;
 };
 
+/// Light from a marker that the camera looks at.
+struct MarkerConfig {
+  std::string body;  ///< Path of a MarkerBody.
+};
+
 struct UsbGadgetConfig {
   std::string ffs = "/dev/ffs-lightwell";  ///< Where FunctionFS is mounted.
 };
@@ -104,6 +109,7 @@ struct Config {
   std::string record_path;
   double budget_ms = 0;  ///< 0: none.
   std::optional<GreyPatch> grey_patch;
+  std::optional<MarkerConfig> marker;  ///< None: light from a panorama.
   std::optional<UsbGadgetConfig> usb_gadget;
   std::optional<MqttConfig> mqtt;
   Mdns mdns = Mdns::off;

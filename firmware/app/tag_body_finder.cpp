@@ -1,0 +1,56 @@
+#include "app/tag_body_finder.hpp"
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "pose/grey_view.hpp"
+
+namespace lightwell {
+namespace {
+
+class TagBodyFinder final : public BodyFinder {
+ public:
+  TagBodyFinder(RigParameters rig, MarkerBody body, BodyTrackerOptions options, BodyTracker tracker)
+      : rig_(std::move(rig)), body_(std::move(body)), options_(std::move(options)), tracker_(std::move(tracker)) {}
+
+  Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
+    if (view.lens < 0 || static_cast<std::size_t>(view.lens) >= rig_.lenses.size())
+      return Status(StatusCode::invalid_argument, "frame: lens " + std::to_string(view.lens) + " is not in the calibration");
+    if (const Status s = know(view); !s.ok()) return s;
+    const Result<BodySighting> seen = tracker_.track(grey_.of(view), info.mid_exposure, view.lens);
+    if (!seen) return seen.status();
+    if (!seen->pose) return std::optional<FoundBody>();
+    return std::optional<FoundBody>({seen->pose->probe_body, seen->pose->used, seen->pose->ambiguous});
+  }
+
+ private:
+  /// What the picture's values mean depends on their format, which the first picture tells.
+  Status know(const View& view) {
+    if (format_ == view.format) return {};
+    options_.linear = linear_of_grey(view.format, rig_.lenses[static_cast<std::size_t>(view.lens)].photometry);
+    Result<BodyTracker> tracker = BodyTracker::make(body_, rig_, options_);
+    if (!tracker) return tracker.status();
+    tracker_ = std::move(*tracker);
+    format_ = view.format;
+    return {};
+  }
+
+  RigParameters rig_;
+  MarkerBody body_;
+  BodyTrackerOptions options_;
+  BodyTracker tracker_;
+  GreyView grey_;
+  std::optional<PixelFormat> format_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<BodyFinder>> make_tag_body_finder(const RigParameters& rig, const MarkerBody& body,
+                                                         const BodyTrackerOptions& options) {
+  Result<BodyTracker> tracker = BodyTracker::make(body, rig, options);
+  if (!tracker) return tracker.status();
+  return std::unique_ptr<BodyFinder>(std::make_unique<TagBodyFinder>(rig, body, options, std::move(*tracker)));
+}
+
+}  // namespace lightwell
