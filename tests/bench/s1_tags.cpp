@@ -13,7 +13,7 @@ S1TagDetector::S1TagDetector(S1TagOptions options, TagDetector detector)
 Result<S1TagDetector> S1TagDetector::make(const S1TagOptions& options) {
   TagDetectorOptions of_detector;
   of_detector.families = {options.family};
-  of_detector.refine = options.thresholds.empty();
+  of_detector.corners = options.thresholds.empty() ? CornerWork::fitted : CornerWork::none;
   if (options.encoding == S1Encoding::srgb) {
     PhotometricCalibration photometry;
     photometry.response.kind = ResponseCurve::Kind::srgb;

@@ -34,7 +34,8 @@ class MarkerMethod {
  public:
   virtual ~MarkerMethod() = default;
 
-  /// `shot` holds one frame of `rig`, which sees `body`. Frames whose group is "grid" are those that a setting may be chosen over.
+  /// `shot` holds one frame of `rig`, which sees `body`. Shots of one picture come in a row, 1/30 s apart; of the next picture's
+  /// time nothing is said. Frames whose group is "grid" are those that a setting may be chosen over.
   [[nodiscard]] virtual Status look(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body, const Shot& shot) = 0;
   [[nodiscard]] virtual std::vector<MarkerColumn> columns() const = 0;
 };

@@ -11,6 +11,7 @@
 // every run.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -66,6 +67,13 @@ struct Errors {
     return 0.5 * (sorted[(sorted.size() - 1) / 2] + sorted[sorted.size() / 2]);
   }
 };
+
+/// The first of a picture's captures: its noise is its own, whichever other pictures there are. FNV-1a, 32 bits.
+std::uint64_t first_capture(const std::string& name) {
+  std::uint32_t hash = 2166136261U;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  return hash;
+}
 
 void print(const std::string& figure, double value, const Errors& of) {
   std::printf("{\"figure\": \"%s\", \"value\": ", figure.c_str());
@@ -146,7 +154,6 @@ int main(int argc, char** argv) {
     std::vector<const measure::TracedFrame*> looked_at;
     measure::TracedSensor sensor;
     sensor.srgb = srgb;
-    std::uint64_t number = 0;
     for (const measure::TracedFrame& frame : *frames) {
       if (!groups.contains(frame.group)) continue;
       const MarkerBody& body = bodies.at(frame.body);
@@ -154,7 +161,7 @@ int main(int argc, char** argv) {
       if (!picture) fail(picture.status());
       const RigParameters rig = picture->rig_for(sensor);
       for (int k = 0; k < noisy; ++k) {
-        const measure::Shot shot = picture->expose(sensor, number++);
+        const measure::Shot shot = picture->expose(sensor, first_capture(frame.name) + static_cast<std::uint64_t>(k));
         for (const auto& method : methods)
           if (const Status s = method->look(frame, rig, body, shot); !s.ok()) fail(s);
         looked_at.push_back(&frame);
