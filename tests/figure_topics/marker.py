@@ -21,6 +21,7 @@ BACK_WORST_DEG = 10
 # As in topic panorama: accuracy of which more than a tenth was flagged does not hold.
 MOST_FLAGGED = 10
 GROUPS = {"grid": "", "low": ", camera 10 deg above the board"}
+SEEN_LOW = {"low": "camera 10 deg above the board", "air": "camera 10 deg above, no board"}
 VIEWS = ("white.straight", "white.turned", "grey.straight", "grey.turned")
 SEEDS = {"seed_letter": "its perspective matrix to the letter, best fixed threshold",
          "seed_half": "threshold of 0.5",
@@ -96,6 +97,10 @@ def grid_of_seed(figures):
             mean, worst = get(f"grid.{place}.mean").get("value"), get(f"grid.{place}.worst").get("value")
             rows.append(reported(f"{name}, lamp {place_name}: direction, mean", mean, "deg", real, thesis(place)))
             rows.append(reported(f"{name}, lamp {place_name}: direction, worst frame", worst, "deg", real))
+        for group, where in SEEN_LOW.items():
+            for place in BACK:
+                mean = get(f"{group}.{place}.mean").get("value")
+                rows.append(reported(f"{name}, lamp {PLACES[place]}, {where}: direction, mean", mean, "deg", real))
         for view in VIEWS:
             rows.append(reported(f"{name}, {view.replace('.', ' body, ')}: direction, mean", get(f"grid.{view}.mean").get("value"), "deg",
                                  real, thesis(view)))
