@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <thread>
+#include <utility>
 
 #include "reference/marker/marker_world.hpp"
 
@@ -12,11 +14,21 @@ namespace lightwell::reference {
 
 namespace {
 
-/// Points of the unit square of which no two share a coordinate: a lattice of rank one, its second generator near the
-/// golden section of their number and without a common divisor.
-std::vector<FacePoint> lattice(int count) {
-  int turn = std::max(1, static_cast<int>(std::lround(count * 0.618)));
-  while (std::gcd(turn, count) != 1) ++turn;
+/// A pixel whose rays agree to this share has no edge in it.
+constexpr double kEven = 0.005;
+
+/// On and between the edges of the unit square, count² points.
+std::vector<FacePoint> grid(int count) {
+  std::vector<FacePoint> out;
+  for (int j = 0; j < count; ++j)
+    for (int i = 0; i < count; ++i) out.push_back({i / (count - 1.0), j / (count - 1.0)});
+  return out;
+}
+
+/// Fibonacci's lattice, `least` points or more: no two share a coordinate, and edges in all directions find it dense.
+std::vector<FacePoint> lattice(int least) {
+  int count = 2, turn = 1;
+  while (count < least) turn = std::exchange(count, count + turn);
   std::vector<FacePoint> out;
   for (int k = 0; k < count; ++k) out.push_back({(k + 0.5) / count, (k * turn % count + 0.5) / count});
   return out;
@@ -54,8 +66,12 @@ std::size_t offset_of(int width, int x, int y) {
 
 class Rendering {
  public:
-  Rendering(const MarkerScene& scene, const MarkerCamera& camera, int samples)
-      : world_(scene), camera_(camera), eye_(camera.centre()), points_(lattice(samples * samples)) {
+  Rendering(const MarkerScene& scene, const MarkerCamera& camera, const RenderOptions& options)
+      : world_(scene),
+        camera_(camera),
+        eye_(camera.centre()),
+        first_(grid(std::max(2, options.samples))),
+        closer_(lattice(options.edge_rays)) {
     // Lens models are smooth: what a pixel takes of the view is nowhere twice what any of a coarse grid takes.
     double reach = 0;
     const int step = std::max(1, std::min(camera.width(), camera.height()) / 64);
@@ -121,21 +137,42 @@ class Rendering {
       table_ambient = hit.surface.kind == SurfaceKind::table ? world_.table_ambient(eye_ + unit * hit.t)
                                                              : world_.ambient(table->normal);
     }
+    Rgb least, most;
+    Rgb mean = mean_of(first_, x, y, among, table_ambient, {}, least, most);
+    bool even = true;
+    for (std::size_t c = 0; c < 3; ++c) even = even && most[c] - least[c] <= kEven * most[c];
+    // Each pixel's lattice lies elsewhere (Roberts 2018, the sequence R2), so that an edge along one of its lines is not
+    // wrong by the same in all of them.
+    const FacePoint shift{std::fmod(0.7548776662466927 * (x + 31 * y), 1), std::fmod(0.5698402909980532 * (x + 31 * y), 1)};
+    if (!even) mean = mean_of(closer_, x, y, among, table_ambient, shift, least, most);
+    return mean;
+  }
+
+  /// Nothing where the lens does not see all of the pixel.
+  [[nodiscard]] Rgb mean_of(const std::vector<FacePoint>& points, int x, int y, const std::vector<Surface>& among,
+                            const Rgb& table_ambient, FacePoint shift, Rgb& least, Rgb& most) const {
+    least.fill(std::numeric_limits<double>::infinity());
+    most.fill(0);
     Rgb sum{};
-    for (const FacePoint& p : points_) {
-      const std::optional<Vec3d> ray = camera_.ray(x, y, p.x, p.y);
+    for (const FacePoint& p : points) {
+      const double u = p.x + shift.x, v = p.y + shift.y;
+      const std::optional<Vec3d> ray = camera_.ray(x, y, u > 1 ? u - 1 : u, v > 1 ? v - 1 : v);
       if (!ray) return {};
       const Rgb here = world_.radiance(world_.nearest(eye_, *ray, among), eye_, *ray, table_ambient);
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += here[c];
+      for (std::size_t c = 0; c < 3; ++c) {
+        sum[c] += here[c];
+        least[c] = std::min(least[c], here[c]);
+        most[c] = std::max(most[c], here[c]);
+      }
     }
-    for (double& value : sum) value /= static_cast<double>(points_.size());
+    for (double& value : sum) value /= static_cast<double>(points.size());
     return sum;
   }
 
   MarkerWorld world_;
   const MarkerCamera& camera_;
   Vec3d eye_;
-  std::vector<FacePoint> points_;
+  std::vector<FacePoint> first_, closer_;
   std::vector<Target> targets_;
   std::vector<Surface> the_table_ = {{SurfaceKind::table, 0}};
 };
@@ -211,7 +248,7 @@ std::optional<Vec3d> MarkerCamera::ray(int column, int row, double u, double v) 
 RadiancePicture render(const MarkerScene& scene, const MarkerCamera& camera, const RenderOptions& options) {
   RadiancePicture out{camera.width(), camera.height(), {}};
   out.rgb.resize(3 * static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
-  const Rendering rendering(scene, camera, std::max(1, options.samples));
+  const Rendering rendering(scene, camera, options);
   const int threads = std::max(1, options.threads);
   const auto share = [&](int first) {
     for (int y = first; y < out.height; y += threads) rendering.row(y, out);
@@ -229,7 +266,7 @@ SurfacePicture see_surfaces(const MarkerScene& scene, const MarkerCamera& camera
   const std::size_t count = out.index(0, out.height);
   out.surfaces.resize(count);
   out.shaded.resize(count);
-  const Rendering rendering(scene, camera, 1);
+  const Rendering rendering(scene, camera, {});
   std::vector<Surface> among;
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x)

@@ -184,7 +184,7 @@ int main(int argc, char** argv) {
   app.add_option("--full-scale", w.full_scale, "Radiance that fills the scale [0.5]")->check(range(1e-9, 1e9));
   app.add_option("--electrons", w.electrons, "That fill the scale; 0: no noise [10000]")->check(range(0, 1e9));
   app.add_option("--blur", w.blur_px, "Deviation of a Gaussian, px [0.5]")->check(range(0, 100));
-  app.add_option("--samples", w.samples, "Squared, rays a pixel [3]")->check(CLI::Range(1, 32));
+  app.add_option("--samples", w.samples, "Squared, rays a pixel away from edges [3]")->check(CLI::Range(2, 32));
   app.add_option("--threads", w.threads, "[1]")->check(CLI::Range(1, 64));
   app.add_option("--seed", w.seed, "Of the noise [1]");
   app.add_flag("--grey", w.grey, "A camera without colour");

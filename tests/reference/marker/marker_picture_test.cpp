@@ -105,18 +105,29 @@ TEST(MarkerPicture, APixelOnAnEdgeIsTheMeanOverItsSquare) {
     LensParameters lens = pinhole_lens(161, 121, 470);
     std::get<MeiParameters>(lens.model).cx += shift;
     const MarkerCamera camera(lens);
-    for (const int samples : {3, 6}) {
+    for (const int rays : {89, 233}) {
       RenderOptions options;
-      options.samples = samples;
-      EXPECT_NEAR(render(scene, camera, options).at(110, 60)[0], 0.5 * (0.5 + shift), 0.5 * 0.51 / (samples * samples));
+      options.edge_rays = rays;
+      EXPECT_NEAR(render(scene, camera, options).at(110, 60)[0], 0.5 * (0.5 + shift), 0.5 * 1.01 / rays);
     }
   }
+}
+
+/// How far a tag reaches across its longest side, px: foreshortened ones are shallow.
+double depth_of(const std::array<PixelPosition, 4>& corners) {
+  double area = 0, longest = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const PixelPosition &a = corners[k], &b = corners[(k + 1) % 4];
+    area += (a.x * b.y - b.x * a.y) / 2;
+    longest = std::max(longest, std::hypot(a.x - b.x, a.y - b.y));
+  }
+  return std::abs(area) / longest;
 }
 
 TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
   auto detector = TagDetector::make();
   ASSERT_TRUE(detector);
-  const MarkerCamera camera(pinhole_lens(640, 480, 900));
+  const MarkerCamera camera(pinhole_lens(800, 600, 1200));
   int seen = 0;
   double worst = 0, squares = 0;
   for (const double turn : {0.0, 0.2, 0.5, 0.8}) {
@@ -127,7 +138,7 @@ TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
       const bool cube = body.faces.size() == 6;
       const MarkerScene scene = lit(body, stage, cube ? 5 : 11);
       RenderOptions options;
-      options.samples = 6;
+      options.edge_rays = 233;
       options.blur_px = 0.6;
       ExposureOptions exposure;
       exposure.full_scale = 0.8;
@@ -141,7 +152,8 @@ TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
         ASSERT_NE(face, body.faces.end()) << tag.id;
         const auto truth = tag_corners(scene, camera, static_cast<std::size_t>(face - body.faces.begin()));
         ASSERT_TRUE(truth) << tag.id;
-        if (!tag.refined) continue;
+        // Of shallow tags the detector's own corners are off by some tenths, whatever draws them.
+        if (!tag.refined || depth_of(*truth) < 24) continue;
         for (std::size_t k = 0; k < 4; ++k) {
           const double off = std::hypot(tag.corners[k].x - (*truth)[k].x, tag.corners[k].y - (*truth)[k].y);
           EXPECT_LT(off, 0.1) << body.name << ", tag " << tag.id << ", corner " << k << ", turned " << turn;
@@ -153,8 +165,8 @@ TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
     }
   }
   EXPECT_GE(seen, 4 * 4 * 4);
-  // The detector itself is good to 0.02 px in each of x and y.
-  EXPECT_LT(std::sqrt(squares / seen), 0.05) << "worst " << worst;
+  // 0.023 px, the worst 0.07; the detector by itself is good to 0.02 in each of x and y.
+  EXPECT_LT(std::sqrt(squares / seen), 0.04) << "worst " << worst;
 }
 
 TEST(MarkerPicture, TheDodecahedronsTopThrowsItsShadowWhereGeometrySays) {
@@ -202,9 +214,7 @@ TEST(MarkerPicture, ABallIsShadedByTheCosine) {
   scene.lamps = {DistantLamp{lamp, {1, 1, 1}}};
   scene.ambient = even_ambient({0.1, 0.1, 0.1});
   const MarkerCamera camera(pinhole_lens(201, 201, 2000));
-  RenderOptions options;
-  options.samples = 1;
-  const RadiancePicture picture = render(scene, camera, options);
+  const RadiancePicture picture = render(scene, camera);
   int checked = 0;
   for (int y = 30; y <= 170; y += 10)
     for (int x = 30; x <= 170; x += 10) {
@@ -214,7 +224,9 @@ TEST(MarkerPicture, ABallIsShadedByTheCosine) {
       if (under < 1e-6) continue;
       const Vec3d normal = (ray * (along - std::sqrt(under)) - Vec3d{0, 0, -0.5}) * (1 / 0.02);
       const double expected = 0.7 / pi * (pi * 0.1 + std::max(0.0, dot(normal, lamp)));
-      EXPECT_NEAR(picture.at(x, y)[0], expected, kFloat) << x << ' ' << y;
+      // A pixel is a mean, and the ball bends: by a hundredth of its radius in one, (0.02)^2 / 12 of its brightness or
+      // so, more towards its outline.
+      EXPECT_NEAR(picture.at(x, y)[0], expected, 2e-3 * expected) << x << ' ' << y;
       ++checked;
     }
   EXPECT_GT(checked, 100);
