@@ -104,7 +104,7 @@ struct MarkerScene {
   std::optional<MarkerTable> table;
   std::vector<MarkerOccluder> occluders;
   Rgb background{};         ///< Radiance where there is nothing.
-  int penumbra_rings = 8;   ///< A lamp with a radius is rings² points, alike for every point that it lights.
+  int penumbra_rings = 8;   ///< A lamp with a radius is rings² points, alike for every point that it lights. Half is a quarter of the time.
 };
 
 /// The plane of the face of tag `tag_id`, facing the body; `point` below the face's tag. std::out_of_range where the body
