@@ -147,7 +147,7 @@ Result<std::vector<TagInRoom>> tags_of(const MarkerBody& body) {
   return out;
 }
 
-Result<BodyPose> find_body_pose(const RigParameters& rig, const MarkerBody& body, std::span<const SeenTag> seen,
+Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body, std::span<const SeenTag> seen,
                                 const std::optional<BodyPrediction>& prediction, const BodyPoseOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return s;
   const Result<std::vector<TagInRoom>> tags = tags_of(body);
@@ -158,7 +158,7 @@ Result<BodyPose> find_body_pose(const RigParameters& rig, const MarkerBody& body
   std::size_t foreign = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const SeenTag& s = seen[i];
-    if (s.lens < 0 || static_cast<std::size_t>(s.lens) >= rig.lenses.size())
+    if (!rig.has(s.lens))
       return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
     TagUse& use = out.tags.emplace_back(TagUse{s.lens, s.tag.family, s.tag.id, 0, false, {}});
     const auto tag = std::find_if(tags->begin(), tags->end(),
@@ -168,7 +168,7 @@ Result<BodyPose> find_body_pose(const RigParameters& rig, const MarkerBody& body
       ++foreign;
       continue;
     }
-    Result<SeenQuad> quad = directions_of(rig, s, *tag, options.model_error_px);
+    Result<SeenQuad> quad = directions_of(rig.at(s.lens), s, *tag, options.model_error_px);
     if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
     if (!quad) {
       use.left_out = quad.status().message();
@@ -220,7 +220,7 @@ Result<BodyPose> find_body_pose(const RigParameters& rig, const MarkerBody& body
   double squares = 0;
   for (const SeenQuad& quad : known) {
     TagUse& use = out.tags[quad.index];
-    use.rms_px = rms_px(rig, seen[quad.index], *quad.tag, probe_body);
+    use.rms_px = rms_px(rig.at(seen[quad.index].lens), seen[quad.index], *quad.tag, probe_body);
     use.used = holds(choice.used, quad);
     if (use.used)
       squares += use.rms_px * use.rms_px;

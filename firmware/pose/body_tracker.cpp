@@ -35,7 +35,7 @@ Status BodyTrackerOptions::validate() const {
 
 struct BodyTracker::Inside {
   MarkerBody body;
-  RigParameters rig;
+  PlacedLenses rig;
   BodyTrackerOptions options;
   std::vector<TagInRoom> tags;
   TagDetector detector;
@@ -43,11 +43,11 @@ struct BodyTracker::Inside {
   std::vector<bool> seen;  ///< By each lens in its last picture.
   int misses = 0;
 
-  void look(const GreyPicture& picture, const LensParameters& lens, const std::optional<BodyPrediction>& expected,
+  void look(const GreyPicture& picture, const PlacedLens& lens, const std::optional<BodyPrediction>& expected,
             BodySighting& out) const;
 };
 
-void BodyTracker::Inside::look(const GreyPicture& picture, const LensParameters& lens,
+void BodyTracker::Inside::look(const GreyPicture& picture, const PlacedLens& lens,
                                const std::optional<BodyPrediction>& expected, BodySighting& out) const {
   out.region = {0, 0, picture.width, picture.height};
   out.decimate = options.search_decimate;
@@ -91,10 +91,10 @@ void BodyTracker::reset() {
 Result<BodySighting> BodyTracker::track(const GreyPicture& picture, ProbeTime mid_exposure, int lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
   Inside& in = *inside_;
-  if (lens < 0 || static_cast<std::size_t>(lens) >= in.rig.lenses.size())
+  if (!in.rig.has(lens))
     return wrong("there is no lens " + std::to_string(lens) + "; the rig has " + std::to_string(in.rig.lenses.size()));
   const auto l = static_cast<std::size_t>(lens);
-  const LensParameters& through = in.rig.lenses[l];
+  const PlacedLens& through = in.rig.at(lens);
   if (picture.width != through.width || picture.height != through.height)
     return wrong("the picture has " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
                  " pixels, the calibration is for " + std::to_string(through.width) + "x" +

@@ -6,8 +6,6 @@
 #include <numbers>
 #include <vector>
 
-#include "calibration/camera_model.hpp"
-
 namespace lightwell {
 
 namespace {
@@ -26,15 +24,13 @@ constexpr double kCellPixels = 2.2;
 
 }  // namespace
 
-std::optional<BodyView> view_of(const LensParameters& lens, std::span<const TagInRoom> tags,
+std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoom> tags,
                                 const UncertainPose& probe_body) {
-  const CameraModel model(lens);
-  const Pose lens_body =
-      compose(inverse(Pose{lens.pose_cv.rotation.normalized(), lens.pose_cv.translation}), probe_body.pose);
+  const Pose lens_body = compose(inverse(lens.probe_lens), probe_body.pose);
   const PoseCovariance& c = probe_body.covariance;
   const double turn = kSure * std::sqrt(std::max({c[0][0], c[1][1], c[2][2]}));
   // Across the line of sight only; the largest axis of the other two is close enough to their root sum.
-  const Vec3d sight = normalized(probe_body.pose.translation - lens.pose_cv.translation);
+  const Vec3d sight = normalized(probe_body.pose.translation - lens.probe_lens.translation);
   double across = 0;
   for (const Vec3d axis : tangent_basis(sight)) {
     const std::array<double, 3> a = {axis.x, axis.y, axis.z};
@@ -54,7 +50,7 @@ std::optional<BodyView> view_of(const LensParameters& lens, std::span<const TagI
     const auto project = [&](double size_m, std::array<PixelPosition, 4>& out) {
       const auto at = tag_corners(size_m);
       for (std::size_t i = 0; i < 4; ++i) {
-        const auto p = model.project(transformed(lens_tag, at[i]));
+        const auto p = lens.model.project(transformed(lens_tag, at[i]));
         if (!p) return false;
         out[i] = *p;
       }

@@ -15,7 +15,7 @@ struct BodyView {
 };
 
 /// Nothing where no tag faces the lens and falls into its picture.
-[[nodiscard]] std::optional<BodyView> view_of(const LensParameters& lens, std::span<const TagInRoom> tags,
+[[nodiscard]] std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoom> tags,
                                               const UncertainPose& probe_body);
 
 /// By how much a picture may be made smaller so that tags with cells of `cell_px` are still found.

@@ -241,15 +241,12 @@ PoseCovariance covariance_from(const Matrix6d& m) {
   return out;
 }
 
-double rms_px(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag, const Pose& probe_world) {
-  const LensParameters& lens = rig.lenses[static_cast<std::size_t>(seen.lens)];
-  const CameraModel model(lens);
-  const Pose lens_world =
-      compose(inverse(Pose{lens.pose_cv.rotation.normalized(), lens.pose_cv.translation}), probe_world);
+double rms_px(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag, const Pose& probe_world) {
+  const Pose lens_world = compose(inverse(lens.probe_lens), probe_world);
   double sum = 0;
   const auto at = tag_corners(tag.size_m);
   for (std::size_t i = 0; i < 4; ++i) {
-    const auto p = model.project(transformed(lens_world, transformed(tag.world_tag, at[i])));
+    const auto p = lens.model.project(transformed(lens_world, transformed(tag.world_tag, at[i])));
     if (!p) return kInfinite;
     sum += (p->x - seen.tag.corners[i].x) * (p->x - seen.tag.corners[i].x) +
            (p->y - seen.tag.corners[i].y) * (p->y - seen.tag.corners[i].y);

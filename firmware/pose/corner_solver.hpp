@@ -76,7 +76,7 @@ struct SolverEffort {
 [[nodiscard]] PoseCovariance covariance_from(const Matrix6d& m);
 
 /// In the picture, of a tag's four corners against a pose; infinite where the lens would not see one of them.
-[[nodiscard]] double rms_px(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag,
+[[nodiscard]] double rms_px(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag,
                             const Pose& probe_world);
 
 }  // namespace lightwell

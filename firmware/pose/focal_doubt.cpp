@@ -3,29 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
-#include <variant>
 
 namespace lightwell {
 
 namespace {
 
-std::optional<PixelPosition> center_of(const LensParameters& lens) {
-  return std::visit(
-      [](const auto& p) -> std::optional<PixelPosition> {
-        if constexpr (requires { p.cx; })
-          return PixelPosition{p.cx, p.cy};
-        else
-          return std::nullopt;
-      },
-      lens.model);
-}
+/// Beyond, the second order of the corners' noise is larger than what is seen of the focal length.
+constexpr double kTooWide = 0.05;
 
 }  // namespace
 
 /// Linear least squares in the six numbers x and the focal length's excess e: residuals are r + J x + e g. The pose that
 /// was solved for took e for zero, which moves it by (J'J)⁻¹ J'g for e of one; what J cannot take up of g shows e.
-FocalDoubt focal_doubt(const RigParameters& rig, std::span<const SeenTag> seen, const Quads& quads,
+FocalDoubt focal_doubt(const PlacedLenses& rig, std::span<const SeenTag> seen, const Quads& quads,
                        const CornerSolution& solution, const Matrix6d& noise) {
   FocalDoubt out;
   out.check.sigma = std::numeric_limits<double>::infinity();
@@ -33,19 +23,17 @@ FocalDoubt focal_doubt(const RigParameters& rig, std::span<const SeenTag> seen, 
   Eigen::Index row = 0;
   for (const SeenQuad* quad : quads) {
     const SeenTag& tag = seen[quad->index];
-    const LensParameters& lens = rig.lenses[static_cast<std::size_t>(tag.lens)];
-    const std::optional<PixelPosition> center = center_of(lens);
-    const CameraModel model(lens);
-    const Quat to_probe = lens.pose_cv.rotation.normalized();
+    const PlacedLens& lens = rig.at(tag.lens);
+    const auto& axis = lens.axis;
     for (std::size_t i = 0; i < quad->corners.size(); ++i, row += 2) {
       const SeenCorner& corner = quad->corners[i];
       const PixelPosition p = tag.tag.corners[i];
       // Inwards, where the lens certainly sees. With a shorter focal length the pixel is further from the axis.
       constexpr double kStep = 1e-3;
-      const auto moved = center ? model.unproject({p.x - kStep * (p.x - center->x), p.y - kStep * (p.y - center->y)})
-                                : std::nullopt;
+      const auto moved =
+          axis ? lens.model.unproject({p.x - kStep * (p.x - axis->x), p.y - kStep * (p.y - axis->y)}) : std::nullopt;
       if (!moved) continue;
-      const Vec3d change = (rotate(to_probe, *moved) - corner.direction) * (-1 / kStep);
+      const Vec3d change = (rotate(lens.probe_lens.rotation, *moved) - corner.direction) * (-1 / kStep);
       g.segment<2>(row) = -(corner.weigh * Eigen::Vector2d(dot(change, corner.u), dot(change, corner.v)));
     }
   }
@@ -56,10 +44,10 @@ FocalDoubt focal_doubt(const RigParameters& rig, std::span<const SeenTag> seen, 
   if (!(shown > 1e-9 * g.squaredNorm())) return out;
   // The residuals are across J already.
   const double told = g.dot(solution.residual);
-  out.check.excess = -told / shown;
   const double freedom = static_cast<double>(solution.residual.size()) - 7;
   const double left = solution.residual.squaredNorm() - told * told / shown;
-  out.check.sigma = std::sqrt(std::max(1.0, freedom > 0 ? left / freedom : 1.0) / shown);
+  const double sigma = std::sqrt(std::max(1.0, freedom > 0 ? left / freedom : 1.0) / shown);
+  if (sigma < kTooWide) out.check = {-told / shown, sigma};
   return out;
 }
 

@@ -91,6 +91,7 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
   if (const Status s = check(room); !s.ok()) return s;
   if (gravity)
     if (const Status s = check(*gravity); !s.ok()) return s;
+  const PlacedLenses lenses(rig);
   std::vector<SeenQuad> known;
   std::vector<TagUse> uses;
   std::set<std::tuple<int, TagFamily, int>> met;
@@ -107,7 +108,7 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
     }
     if (!met.emplace(s.lens, s.tag.family, s.tag.id).second)
       return wrong(name_of(s) + " is seen twice; a number may hang in the room only once");
-    Result<SeenQuad> quad = directions_of(rig, s, *tag, options.model_error_px);
+    Result<SeenQuad> quad = directions_of(lenses.at(s.lens), s, *tag, options.model_error_px);
     if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
     if (!quad) {
       uses.back().left_out = quad.status().message();
@@ -173,7 +174,7 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
   double squares = 0;
   for (const SeenQuad& quad : known) {
     TagUse& use = out.tags[quad.index];
-    use.rms_px = rms_px(rig, seen[quad.index], *quad.tag, best.probe_world());
+    use.rms_px = rms_px(lenses.at(seen[quad.index].lens), seen[quad.index], *quad.tag, best.probe_world());
     use.used = std::find(used.begin(), used.end(), &quad) != used.end();
     if (use.used) {
       squares += use.rms_px * use.rms_px;

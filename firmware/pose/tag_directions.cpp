@@ -90,7 +90,7 @@ std::string name_of(const SeenTag& seen) {
          std::to_string(seen.lens);
 }
 
-Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag,
+Result<SeenQuad> directions_of(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag,
                                double model_error_px) {
   const auto wrong = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, name_of(seen) + ": " + what);
@@ -98,9 +98,8 @@ Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, co
   const auto useless = [&](const std::string& what) {
     return Status(StatusCode::failed_precondition, name_of(seen) + ": " + what);
   };
-  const LensParameters& lens = rig.lenses[static_cast<std::size_t>(seen.lens)];
-  const CameraModel model(lens);
-  const Quat to_probe = lens.pose_cv.rotation.normalized();
+  const CameraModel& model = lens.model;
+  const Quat to_probe = lens.probe_lens.rotation;
   const std::array<Vec3d, 4> at = tag_corners(tag.size_m);
   SeenQuad out;
   out.tag = &tag;
@@ -116,7 +115,7 @@ Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, co
     if (!d) return useless(corner + " is outside of what the lens sees");
     SeenCorner seen_corner;
     seen_corner.world = transformed(tag.world_tag, at[i]);
-    seen_corner.lens = lens.pose_cv.translation;
+    seen_corner.lens = lens.probe_lens.translation;
     seen_corner.direction = directions[i] = normalized(rotate(to_probe, *d));
     const auto basis = tangent_basis(seen_corner.direction);
     seen_corner.u = basis[0];
@@ -149,7 +148,7 @@ Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, co
   const Outcome found = plane_pose(directions, tag.size_m);
   if (!found.problem.empty()) return useless(found.problem);
   Pose probe_tag = found.lens_tag;
-  probe_tag.translation += lens.pose_cv.translation;
+  probe_tag.translation += lens.probe_lens.translation;
   out.probe_world = compose(probe_tag, inverse(tag.world_tag));
   out.probe_world.rotation = out.probe_world.rotation.normalized();
   return out;

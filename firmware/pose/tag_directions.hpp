@@ -10,8 +10,8 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/camera_model.hpp"
 #include "pose/mounting.hpp"
+#include "pose/placed_lens.hpp"
 
 namespace lightwell {
 
@@ -36,7 +36,7 @@ struct SeenQuad {
 [[nodiscard]] std::string name_of(const SeenTag& seen);
 
 /// invalid_argument: a number that is none. failed_precondition: corners that do not show where the tag is.
-[[nodiscard]] Result<SeenQuad> directions_of(const RigParameters& rig, const SeenTag& seen, const TagInRoom& tag,
+[[nodiscard]] Result<SeenQuad> directions_of(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag,
                                              double model_error_px);
 
 }  // namespace lightwell

@@ -150,16 +150,21 @@ TEST(BodyPose, ACalibrationWrongByTwoPercentIsWithinThreeSigmaAsDelivered) {
       within += within_three_sigma(pose->probe_body, truth);
       turn = std::max(turn, turn_of(error_of(pose->probe_body.pose, truth)));
       rms += pose->rms_px / 50;
+      if (!std::isfinite(pose->focal.sigma)) continue;
       const double w = 1 / (pose->focal.sigma * pose->focal.sigma);
       excess += w * pose->focal.excess;
       weight += w;
     }
+    EXPECT_GE(within, 48) << width_px;
+    if (!(weight > 0)) {
+      EXPECT_LT(width_px, 200) << "a near body shows it";
+      continue;
+    }
     std::cout << width_px << " px wide, focal length 2 % too long: " << within << " of 50 within 3 sigma, RMS " << rms
               << " px, worst turn " << turn / kDegree << " deg; the corners say " << 100 * excess / weight << " +- "
               << 100 / std::sqrt(weight) << " %\n";
-    EXPECT_GE(within, 48) << width_px;
     // What is seen of it is right, however little.
-    EXPECT_NEAR(excess / weight, 0.02, 4 / std::sqrt(weight) + 0.002);
+    EXPECT_NEAR(excess / weight, 0.02, 3 / std::sqrt(weight) + 0.003);
   }
 }
 
@@ -317,11 +322,11 @@ TEST(BodyPose, OfTwoBodiesWithTheSameNumbersTheExpectedOneIsFound) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   const Pose left = body_at({-0.1, 0, -0.5}, 3), right = body_at({0.12, 0, -0.5}, 3);
-  auto seen = seen_of(rig, body, left, 0.1, 1);
-  const std::size_t own = seen.size();
-  for (const SeenTag& s : seen_of(rig, body, right, 0.1, 2))
-    if (seen.size() < 2 * own) seen.push_back(s);
-  ASSERT_EQ(seen.size(), 2 * own);
+  auto seen = seen_of(rig, body, left, 0.1, 1), others = seen_of(rig, body, right, 0.1, 2);
+  const std::size_t own = std::min(seen.size(), others.size());
+  ASSERT_GE(own, 3u);
+  seen.resize(own);
+  seen.insert(seen.end(), others.begin(), others.begin() + static_cast<std::ptrdiff_t>(own));
   EXPECT_THAT(refusal(find_body_pose(rig, body, seen)), HasSubstr("contradict each other"));
   for (const Pose& expected : {left, right}) {
     BodyPrediction before{{expected, {}}, true};
