@@ -7,7 +7,7 @@ import os
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,11 @@ from typing import Any
 from hil.harness.rig import Rig
 from hil.harness.runner import Broken, CannotRun, Measured
 from hil.harness.waits import wait_for
+from hil.harness.usb_wire import UsbWire
 from hil.harness.watcher import WatcherOnBoard
 
 # These look at links: a small simulated camera of the firmware's own does.
 _CAMERA = 'uri: "sim:studio?sensor=rgb8&rig=single" width: 160 height: 120 frame_rate: 10'
-_VUDC = "/sys/devices/platform/usbip-vudc.0"
 
 
 def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
@@ -160,27 +160,18 @@ def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
     """The gadget on one machine's usbip-vudc, the SDK on another machine's vhci-hcd, the cable's packets on the wire between them."""
     if rig.peer is None:
         raise Broken("the roster's entry has no peer")
-    device, host = rig.board, rig.peer
-    if device.run("modprobe usbip-vudc").status != 0 or host.run("modprobe vhci-hcd").status != 0:
-        raise Broken("the board's kernel has no usbip")
+    device = rig.board
+    wire = UsbWire(device, rig.peer)
     device.run("lightwell-usb-gadget up --user lightwell", check=True, timeout_s=120)
     rig.configure(_CAMERA, more="usb_gadget {}\n")
-    bind = "lightwell-usb-gadget bind --udc usbip-vudc.0"
-    device.run(bind, check=True)
-    device.run("usbipd --device -D", check=True)
-    address = device.network().reach(3240)[0]
-
-    def attach() -> None:
-        wait_for("the gadget to be free", lambda: device.run(f"cat {_VUDC}/usbip_status", check=True).out.strip() == "1", 30, every_s=0.3)
-        host.run(f"usbip attach -r {address} -d usbip-vudc.0", check=True)
-
-    attach()
-    with WatcherOnBoard(host, "usb:") as client:
+    device.run(f"lightwell-usb-gadget bind --udc {wire.udc}", check=True)
+    wire.attach()
+    with WatcherOnBoard(rig.peer, "usb:") as client:
         client.back_after("light on the other board", 60)
-        _follow_by_wire(rig, client, attach, bind, measured)
+        _follow_by_wire(rig, client, wire, measured)
 
 
-def _follow_by_wire(rig: Rig, client: WatcherOnBoard, attach: Callable[[], None], bind: str, measured: Measured) -> None:
+def _follow_by_wire(rig: Rig, client: WatcherOnBoard, wire: UsbWire, measured: Measured) -> None:
     """What a client on the peer sees of the gadget, and how it comes back to it."""
     device, host, before = rig.board, rig.peer, rig.daemon()
     lines = client.next_seconds(10)
@@ -189,15 +180,17 @@ def _follow_by_wire(rig: Rig, client: WatcherOnBoard, attach: Callable[[], None]
     measured.time("age of descriptors at their arrival, p99, largest second", max(line["age_p99_ms"] or 0 for line in lines), "ms")
     times: dict[str, list[float]] = {"detached by its host": [], "hidden by its device": []}
     for _ in range(2):
-        host.run("usbip detach -p 0", check=True)
+        wire.detach()
         client.dark()
-        attach()
-        times["detached by its host"].append(client.back_after("light after the host attached it again", 60))
+        begun = wire.attach()
+        client.back_after("light after the host attached it again", 60)
+        times["detached by its host"].append(time.monotonic() - begun)
         device.run("lightwell-usb-gadget unbind", check=True)
         client.dark()
-        device.run(bind, check=True)
-        attach()
-        times["hidden by its device"].append(client.back_after("light after the gadget was bound again", 60))
+        device.run(f"lightwell-usb-gadget bind --udc {wire.udc}", check=True)
+        begun = wire.attach()
+        client.back_after("light after the gadget was bound again", 60)
+        times["hidden by its device"].append(time.monotonic() - begun)
     for name, values in times.items():
         measured.time(f"light again after it was {name}, larger of two", max(values), "s", "<= 8")
     after, last = rig.daemon(), client.seconds()[-1]
@@ -205,5 +198,6 @@ def _follow_by_wire(rig: Rig, client: WatcherOnBoard, attach: Callable[[], None]
     measured.figure("lightwelld's process is the same", str(after["pid"] == before["pid"]), "", "== True")
     measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
     measured.figure("messages refused by the SDK", last["rejected"], "", "== 0")
+    measured.figure("attachments that the kernel's usbip dropped at once, made again", wire.dropped)
     measured.figure("reconnects of the client", last["reconnects"], "", "== 4")
     measured.figure("firmware on the other board", host.run(["systemctl", "is-active", "lightwelld"]).out.strip(), "", "== inactive")
