@@ -11,9 +11,14 @@ REAL = ("arm64 Debian kernel, systemd, uvcvideo and network in QEMU (TCG); simul
 
 
 def measure(_programs, say):
-    # The order of a published run is the same for everybody.
-    say("hil/run --seed 1 (twenty minutes)")
-    done = subprocess.run([ROOT / "hil/run", "--seed", "1", "--json"], stdout=subprocess.PIPE, text=True)
+    # Twenty minutes that were spent on this very commit are not spent again.
+    done = subprocess.run([ROOT / "hil/run", "--check", "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    if done.returncode == 0:
+        say("hil/run: every entry has a good run of this commit, in out/hil.json")
+    else:
+        # The order of a published run is the same for everybody.
+        say("hil/run --seed 1 (twenty minutes)")
+        done = subprocess.run([ROOT / "hil/run", "--seed", "1", "--json"], stdout=subprocess.PIPE, text=True)
     if done.returncode not in (0, 1):
         why = "SKIP: this machine cannot run the board" if done.returncode == 77 else f"hil/run ended with {done.returncode}"
         return [{"name": "hil/run", "asked": "a whole run", "measured": why, "unit": "", "holds": False, "real": REAL}]
