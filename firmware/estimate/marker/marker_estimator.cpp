@@ -11,6 +11,7 @@
 #include "calibration/lens_table.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/common/row_reader.hpp"
+#include "estimate/marker/table_light.hpp"
 
 namespace lightwell {
 namespace {
@@ -101,6 +102,7 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   const LensParameters& parameters = rig_.lenses[lens];
   const marker::PlacedBody placed(body_, parameters, models_[lens], report_.body.probe_body.pose);
   report_.counts = sampler_.sample(reader_, *seen, parameters.width, parameters.height, body_, placed, scale_.factor, 3, shading_);
+  marker::take_out_table_light(shading_);
   // A camera of one colour, or light of one: channels that are alike in every sample need no fit of their own.
   const auto grey = [](const marker::SurfaceSample& s) {
     const auto [least, most] = std::minmax({s.irradiance[0], s.irradiance[1], s.irradiance[2]});

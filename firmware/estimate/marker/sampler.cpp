@@ -164,6 +164,7 @@ void MarkerSampler::sample_table(Shading& out) {
       TableSample sample;
       sample.position = foot + u * x + v * y;
       double sum = 0, squares = 0, variance = 0, n = 0, bias = 0;
+      Rgb color{};
       bool good = true;
       for (int k = 0; k < kTablePoints * kTablePoints && good; ++k) {
         const double dx = ((k % kTablePoints + 0.5) / kTablePoints - 0.5) * step, dy = ((k / kTablePoints + 0.5) / kTablePoints - 0.5) * step;
@@ -181,10 +182,12 @@ void MarkerSampler::sample_table(Shading& out) {
           bias += row_.bias[0];
         }
         sum += l, squares += l * l, n += 1;
+        color[0] += row_.r[0], color[1] += row_.g[0], color[2] += row_.b[0];
       }
       if (!good) continue;
       const double mean = sum / n;
       sample.radiance = mean * scale_;
+      for (std::size_t c = 0; c < 3; ++c) sample.color[c] = color[c] / n * scale_;
       sample.sigma = (std::sqrt(std::max(variance, std::max(0.0, squares - n * mean * mean))) / n + bias / n) * scale_;
       // A sphere as large as the body, over a small surface that looks up (Howell, B-37): r² cos / d².
       const double squared = off * off + height * height;

@@ -26,6 +26,7 @@ struct SurfaceSample {
 
 struct TableSample {
   Vec3d position;
+  Rgb color{};
   double radiance = 0;  ///< Mean of the channels.
   double sigma = 0;
   /// Share of the light from all around that the body takes away there, 0 to 1.
