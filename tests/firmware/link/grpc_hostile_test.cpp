@@ -186,6 +186,17 @@ TEST_F(GrpcHostileTest, OneConnectionHasSoManyStreamsAndOthersAreServedMeanwhile
   next.join();
 }
 
+// As of a client that gave an attempt up while the network was down: nobody is at the other end, and nothing says so.
+TEST_F(GrpcHostileTest, AConnectionThatAsksNothingAndAnswersNoPingIsEnded) {
+  const RawConnection gone(*link_);
+  ASSERT_TRUE(gone.send(kPreface + frame(kSettings, 0, 0, "") + frame(kSettings, 1, 0, "")));
+  const auto begun = std::chrono::steady_clock::now();
+  gone.drain(std::chrono::seconds(40));
+  // Closed by the other side, 15 s later, or drain() would have waited for its whole silence.
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(40));
+  EXPECT_TRUE(serves());
+}
+
 TEST_F(GrpcHostileTest, ManyConnectionsThatSayNothingCostTheOthersNothing) {
   std::vector<std::unique_ptr<RawConnection>> silent;
   for (int i = 0; i < 200; ++i) silent.push_back(std::make_unique<RawConnection>(*link_));
