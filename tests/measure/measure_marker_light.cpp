@@ -5,6 +5,8 @@
 //                                     answer's standard deviation along it, and the error's squared Mahalanobis distance (two numbers)
 //   lamps                             of each true lamp: error_deg, color (largest relative error of r, g, b with their sum made equal),
 //                                     irradiance (relative error of their sum), position (error as a share of its distance; where the answer is near)
+//   irradiance_rms, strongest_share, faces_lit   in a room: the irradiance's error over normals within 60 degrees of the camera, relative RMS; how much of what
+//                                     meets a surface that faces it comes from the strongest light, and how many seen faces that lights
 //   found, near, shadow               how many lamps were answered, whether the first is near, whether the table's shadow told too
 // Usage: --help.
 #include <algorithm>
@@ -16,6 +18,8 @@
 #include <memory>
 #include <numbers>
 #include <string>
+
+#include <lightwell/query.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
@@ -64,6 +68,19 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
   const auto& lamps = report.light.lamps;
   std::printf(", \"unsure\": %s, \"found\": %zu, \"shadow\": %s, \"near\": %s", out.flags.has(Flag::unsure) ? "true" : "false", lamps.size(),
               report.light.shadow ? "true" : "false", !lamps.empty() && lamps[0].near ? "true" : "false");
+  if (!frame.normals.empty()) {
+    double squares = 0, truth = 0;
+    for (std::size_t i = 0; i < frame.normals.size(); ++i) {
+      const Irradiance e = irradiance_at(out, vec_cast<float>(frame.normals[i]));
+      const std::array<double, 3> answer = {e.r, e.g, e.b};
+      for (std::size_t c = 0; c < 3; ++c) {
+        squares += std::pow(answer[c] - frame.irradiance[i][c], 2);
+        truth += std::pow(frame.irradiance[i][c], 2);
+      }
+    }
+    std::printf(", \"irradiance_rms\": %.4g, \"strongest_share\": %.3g, \"faces_lit\": %d", std::sqrt(squares / truth), frame.strongest_share,
+                frame.lamps[0].seen_faces_lit);
+  }
   std::printf(", \"left_out\": %d, \"used\": %d, \"chi2\": %.3g", report.light.left_out, report.light.used, report.light.chi_square);
   if (!lamps.empty() && !frame.lamps.empty()) {
     const Vec3d truth = frame.lamps[0].direction;

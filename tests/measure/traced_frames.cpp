@@ -94,6 +94,33 @@ TracedLamp lamp_of(Fields& of) {
   return lamp;
 }
 
+std::vector<std::array<double, 3>> triples_of(const Value* list) {
+  std::vector<std::array<double, 3>> out;
+  if (list == nullptr) return out;
+  for (const Value& v : list->list_value().values()) {
+    std::array<double, 3>& one = out.emplace_back();
+    for (int k = 0; k < std::min(3, v.list_value().values_size()); ++k) one[static_cast<std::size_t>(k)] = v.list_value().values(k).number_value();
+  }
+  return out;
+}
+
+void read_room(Fields& of, TracedFrame& frame) {
+  Fields room = of.inside("panorama");
+  Fields strongest = room.inside("strongest");
+  TracedLamp lamp;
+  lamp.direction = normalized(strongest.vector("direction"));
+  lamp.irradiance = strongest.numbers<3>("vector_irradiance_rgb");
+  const Value* lit = strongest.find("seen_faces_lit");
+  lamp.seen_faces_lit = lit == nullptr ? 0 : lit->list_value().values_size();
+  frame.strongest_share = strongest.number("share_of_irradiance_facing_it");
+  frame.lamps = {lamp};
+  for (const auto& n : triples_of(room.find("normals"))) frame.normals.push_back(normalized(Vec3d{n[0], n[1], n[2]}));
+  frame.irradiance = triples_of(room.find("irradiance_rgb"));
+  if (frame.irradiance.size() != frame.normals.size()) room.lacking = "panorama.irradiance_rgb";
+  of.take_lack_of(strongest);
+  of.take_lack_of(room);
+}
+
 Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
   Fields of(s);
   TracedFrame frame;
@@ -132,6 +159,7 @@ Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
     frame.lamps.push_back(lamp_of(lamp));
     of.take_lack_of(lamp);
   }
+  if (of.find("panorama") != nullptr) read_room(of, frame);
   if (!of.lacking.empty()) return Status(StatusCode::data_loss, "scenes.json: " + name + " lacks " + of.lacking);
   if (const Status ok = frame.rig.validate(); !ok.ok()) return Status(ok.code(), "scenes.json: " + name + ": " + ok.message());
   return frame;

@@ -36,7 +36,12 @@ struct TracedFrame {
   RigParameters rig;  ///< The pinhole; its photometry is that of an ideal linear sensor.
   Pose probe_body;    ///< T_probe_body.
   bool board = false;
-  std::vector<TracedLamp> lamps;
+  std::vector<TracedLamp> lamps;  ///< In a room: its strongest light alone, whose distance_m is 0.
+  /// Of a room: irradiance at normals within 60 degrees of the camera, and what share of what a surface that faces the strongest light gets comes
+  /// from that light.
+  std::vector<Vec3d> normals;
+  std::vector<std::array<double, 3>> irradiance;
+  double strongest_share = 0;
 };
 
 /// Of scenes.json in `folder`. not_found; data_loss names the frame and the field.

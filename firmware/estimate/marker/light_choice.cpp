@@ -1,8 +1,10 @@
 #include "estimate/marker/light_choice.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <span>
 
@@ -17,8 +19,17 @@ namespace {
 
 /// Of the samples, at most so many may be something else; more, and the model is what is wrong.
 constexpr double kMostLeftOut = 0.35;
+/// How wide a light could be, rad, and what chi square may grow by where it explains the faces as well.
+constexpr std::array kRadii = {0.2, 0.4, 0.7, 1.0};
+constexpr double kAsGood = 16;
+/// How far off a direction may be where the model does not explain what was seen, rad.
+constexpr double kUnexplained = 0.2;
+/// So many times are samples left out and the rest asked again.
+constexpr int kRounds = 2;
 /// The table is one plane of one colour where its samples differ from the model by no more than so many deviations, RMS,
-constexpr double kTableFits = 2.0;
+constexpr double kTableFits = 0.6;
+/// without leaving out more than a few of them,
+constexpr double kTableKept = 0.8;
 /// and it shows a shadow where that explains so much more than none (a difference of chi squares).
 constexpr double kShadowShows = 30;
 /// A lamp is one where it gives at least this share of what the brightest face gets: less is what surfaces send to each other.
@@ -186,6 +197,28 @@ Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& se
   return other / models;
 }
 
+/// A diffuse surface hardly tells a wide light from a point in its middle: what shines strongest may be anywhere in it. The variance of that, along
+/// each axis, of the widest light that explains the faces as well. (A shadow's edge tells that a lamp is small.)
+double extent(const Fit& best, std::size_t which, const LightSearch& search) {
+  std::vector<Lamp> beside = best.model.lamps;
+  beside.erase(beside.begin() + static_cast<std::ptrdiff_t>(which));
+  const Lamp& lamp = best.model.lamps[which];
+  const double as_point = search.chi_square_of(lamp, 0, beside);
+  double widest = 0;
+  for (const double radius : kRadii)
+    if (search.chi_square_of(lamp, radius, beside) < as_point + kAsGood) widest = radius;
+  return widest * widest / 4;
+}
+
+/// Light from all around that would be less than nothing on some side stands in for light that the lamps do not explain.
+double unexplained(const LightModel& model) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double slope = std::hypot(model.ambient[1][c], model.ambient[2][c], model.ambient[3][c]);
+    if (slope > model.ambient[0][c]) return kUnexplained * kUnexplained;
+  }
+  return 0;
+}
+
 Shading without(const Shading& shading, const Observations& seen, const Fit& fit, const ChoiceOptions& options, int& left_out) {
   Shading out = shading;
   out.samples.clear();
@@ -304,59 +337,75 @@ struct Scaled {
   }
 };
 
-ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const std::vector<Lamp>& before) {
-  ChosenLight out;
-  Shading kept = shading;
-  Witness witness = shading.table && !shading.table->samples.empty() ? Witness::faces_and_table : Witness::faces;
-  std::vector<Lamp> start = before;
+/// What one witness, or both, tell: the fit that BIC takes, without the samples that are something else.
+struct Told {  // `chooser` refers to `seen`, and to the hull of the shading that was asked about
+  Shading kept;
+  std::unique_ptr<Observations> seen;
+  std::unique_ptr<Chooser> chooser;
+  Sought sought;
+  int left_out = 0;
+};
+
+Told ask(const Shading& shading, Witness witness, const ChoiceOptions& options, std::vector<Lamp> start) {
+  Told out;
+  out.kept = shading;
   for (int round = 0;; ++round) {
-    const Observations seen(kept, options.errors);
-    Chooser chooser(seen, kept.hull, options, witness);
-    const Sought sought = chooser.seek(start);
-    const Fit& best = sought.best;
+    out.seen = std::make_unique<Observations>(out.kept, options.errors);
+    out.chooser = std::make_unique<Chooser>(*out.seen, shading.hull, options, witness);
+    out.sought = out.chooser->seek(start);
+    if (round == kRounds) return out;
     int left_out = 0;
-    if (round < 2) {
-      Shading fewer = without(kept, seen, best, options, left_out);
-      const bool table_thinner = kept.table && fewer.table && fewer.table->samples.size() < kept.table->samples.size();
-      if (left_out > 0 || (round == 0 && table_thinner)) {
-        out.left_out += left_out;
-        kept = std::move(fewer);
-        start = best.model.lamps;
-        continue;
-      }
-    }
-    if (witness == Witness::faces_and_table && !shadow_shows(seen, best, kept.hull)) {
-      // What does not look like a table with a shadow is no witness; the faces are asked alone, all of them.
-      witness = Witness::faces;
-      kept = shading;
-      out.left_out = 0;
-      start = before;
-      round = -1;
-      continue;
-    }
-    out.used = seen.samples();
-    out.shadow = witness == Witness::faces_and_table;
-    out.ambient = best.model.ambient;
-    out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
-    for (std::size_t k = 0; k < best.model.lamps.size(); ++k) {
-      ChosenLamp lamp;
-      lamp.lamp = best.model.lamps[k];
-      const Eigen::Matrix2d covariance = widened(sought, k, chooser.search(), witness);
-      lamp.direction_covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1)};
-      const double worst = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()[1]);
-      lamp.unsure = !(worst <= options.unsure_rad);
-      const double sigma = std::sqrt(best.covariance[k](2, 2));
-      lamp.near = best.distances[k] == Distance::free && lamp.lamp.inverse_distance > 2 * sigma;
-      lamp.inverse_distance_sigma =
-          best.distances[k] == Distance::free ? sigma : std::numeric_limits<double>::infinity();
-      out.lamps.push_back(lamp);
-    }
-    std::sort(out.lamps.begin(), out.lamps.end(), [](const ChosenLamp& a, const ChosenLamp& b) {
-      return luminance(a.lamp.irradiance) > luminance(b.lamp.irradiance);
-    });
-    out.unsure = out.lamps.empty() || out.lamps[0].unsure;
-    return out;
+    Shading fewer = without(out.kept, *out.seen, out.sought.best, options, left_out);
+    const bool table_thinner = out.kept.table && fewer.table && fewer.table->samples.size() < out.kept.table->samples.size();
+    if (left_out == 0 && !(round == 0 && table_thinner)) return out;
+    out.left_out += left_out;
+    start = out.sought.best.model.lamps;
+    out.kept = std::move(fewer);
   }
+}
+
+/// Whether what lies around the body is a table with a shadow on it.
+bool is_witness(const Shading& shading, const Told& both) {
+  const auto kept = static_cast<double>(both.kept.table->samples.size()), all = static_cast<double>(shading.table->samples.size());
+  return kept >= kTableKept * all && shadow_shows(*both.seen, both.sought.best, both.kept.hull);
+}
+
+ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const std::vector<Lamp>& before) {
+  Witness witness = shading.table && !shading.table->samples.empty() ? Witness::faces_and_table : Witness::faces;
+  Told told = ask(shading, witness, options, before);
+  Shading alone;
+  if (witness == Witness::faces_and_table && !is_witness(shading, told)) {
+    alone = shading;
+    alone.table.reset();
+    witness = Witness::faces;
+    told = ask(alone, witness, options, before);
+  }
+  ChosenLight out;
+  const Fit& best = told.sought.best;
+  out.left_out = told.left_out;
+  out.used = told.seen->samples();
+  out.shadow = witness == Witness::faces_and_table;
+  out.ambient = best.model.ambient;
+  out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
+  for (std::size_t k = 0; k < best.model.lamps.size(); ++k) {
+    ChosenLamp lamp;
+    lamp.lamp = best.model.lamps[k];
+    Eigen::Matrix2d covariance = widened(told.sought, k, told.chooser->search(), witness);
+    lamp.direction_covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1)};
+    if (witness == Witness::faces)
+      covariance += (extent(best, k, told.chooser->search()) + unexplained(best.model)) * Eigen::Matrix2d::Identity();
+    const double worst = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()[1]);
+    lamp.unsure = !(worst <= options.unsure_rad);
+    const double sigma = std::sqrt(best.covariance[k](2, 2));
+    lamp.near = best.distances[k] == Distance::free && lamp.lamp.inverse_distance > 2 * sigma;
+    lamp.inverse_distance_sigma = best.distances[k] == Distance::free ? sigma : std::numeric_limits<double>::infinity();
+    out.lamps.push_back(lamp);
+  }
+  std::sort(out.lamps.begin(), out.lamps.end(), [](const ChosenLamp& a, const ChosenLamp& b) {
+    return luminance(a.lamp.irradiance) > luminance(b.lamp.irradiance);
+  });
+  out.unsure = out.lamps.empty() || out.lamps[0].unsure;
+  return out;
 }
 
 }  // namespace

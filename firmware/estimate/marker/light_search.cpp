@@ -16,6 +16,9 @@ constexpr int kDirections = 400;                                     // 10 degre
 constexpr std::array kInverse = {0.0, 0.8, 1.7, 3.3};                // 1/m: infinity, 1.25 m, 0.6 m, 0.3 m
 /// Share of the mean irradiance that the grid takes for light from all around, whose slope it bounds.
 constexpr double kAmbient = 0.3;
+/// A wide lamp is its middle and so many points around it, at this share of its radius.
+constexpr int kRing = 6;
+constexpr double kRingRadius = 0.764;
 constexpr double kApart = 0.43;                                      // rad: 25 degrees
 
 /// The grid's directions, even over the sphere.
@@ -163,6 +166,34 @@ LightSearch::Landscape LightSearch::landscape(Witness witness, const std::vector
     if (chi[i] < out.chi_square[direction]) out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverse[i % kInverse.size()];
   }
   return out;
+}
+
+double LightSearch::chi_square_of(const Lamp& lamp, double radius_rad, const std::vector<Lamp>& beside) const {
+  const auto [u, v] = tangent_basis(lamp.direction);
+  double chi = 0;
+  for (int c = 0; c < seen_.channels(); ++c) {
+    const Look& look = faces_[static_cast<std::size_t>(c)];
+    // The middle and a ring around it, which has the second moment of an even disc.
+    Eigen::VectorXd column = column_of(c, lamp.direction, lamp.inverse_distance);
+    for (int k = 0; k < kRing; ++k) {
+      const double a = 2 * std::numbers::pi * k / kRing, off = radius_rad * kRingRadius;
+      const Vec3d direction = lamp.direction * std::cos(off) + (u * std::cos(a) + v * std::sin(a)) * std::sin(off);
+      column += column_of(c, direction, lamp.inverse_distance);
+    }
+    Eigen::MatrixXd extra(look.columns.rows(), 0);
+    for (const Lamp& other : beside) {
+      Eigen::VectorXd of_other = column_of(c, other.direction, other.inverse_distance);
+      project(look.basis, of_other);
+      extend(extra, of_other);
+    }
+    Eigen::VectorXd left = look.left;
+    project(extra, left);
+    project(look.basis, column);
+    project(extra, column);
+    const double along = column.dot(left), size = column.squaredNorm();
+    chi += left.squaredNorm() - (along > 0 && size > 1e-9 ? along * along / size : 0);
+  }
+  return chi;
 }
 
 std::vector<LightSearch::Candidate> LightSearch::singles(std::size_t most, Witness witness, const std::vector<Lamp>& beside) {

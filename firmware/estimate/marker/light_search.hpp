@@ -38,6 +38,9 @@ class LightSearch {
   };
   [[nodiscard]] Landscape landscape(Witness witness, const std::vector<Lamp>& beside);
 
+  /// What is left of the faces' least squares for a lamp that is not a point but as wide as `radius_rad` around its direction, beside others.
+  [[nodiscard]] double chi_square_of(const Lamp& lamp, double radius_rad, const std::vector<Lamp>& beside) const;
+
  private:
   /// One kind of numbers that were seen: a channel of the faces, or the table. Whitened.
   struct Look {
