@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <lightwell/codec.hpp>
@@ -158,6 +160,34 @@ TEST(Codec, PassesOverFieldsThatItDoesNotKnow) {
   // Field 1000, length-delimited, "new".
   for (const int b : std::initializer_list<int>{0xC2, 0x3E, 0x03, 'n', 'e', 'w'}) bytes.push_back(static_cast<std::byte>(b));
   EXPECT_TRUE(decode_descriptor(bytes).ok());
+}
+
+TEST(Codec, EveryFlagOfTheWirePassesByItself) {
+  for (const Flag flag : kWireFlags) {
+    Descriptor d = lit(1, 1);
+    d.flags = {};
+    d.flags.set(flag);
+    const auto back = decode_descriptor(encoded(d));
+    ASSERT_TRUE(back.ok()) << to_string(flag);
+    EXPECT_EQ(back->flags, d.flags) << to_string(flag);
+  }
+}
+
+/// To a reader of yesterday the last of our flags is what the one behind it is to us.
+TEST(Codec, AFlagBehindTheLastOneThatHasANameIsAReasonToDoubt) {
+  Descriptor d = lit(1, 1);
+  d.flags = {};
+  d.flags.set(kWireFlags.back());
+  std::vector<std::byte> bytes = encoded(d);
+  // Field 13 (flags), packed: one number.
+  const std::array<std::byte, 3> of_the_wire = {std::byte{0x6A}, std::byte{1}, static_cast<std::byte>(kWireFlags.back())};
+  const auto at = std::ranges::find_end(bytes, of_the_wire);
+  ASSERT_FALSE(at.empty());
+  at.back() = static_cast<std::byte>(static_cast<int>(kWireFlags.back()) + 1);
+  const auto read = decode_descriptor(bytes);
+  ASSERT_TRUE(read.ok()) << read.status().message();
+  EXPECT_TRUE(read->flags.has(Flag::newer));
+  EXPECT_FALSE(read->flags.has(kWireFlags.back()));
 }
 
 TEST(Codec, SurvivesEveryTruncationAndRandomDamage) {

@@ -113,6 +113,25 @@ TEST(Config, ThatCannotWorkIsRefusedByName) {
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { max_lights: 65 }").find("max_lights"), std::string::npos);
 }
 
+TEST(Config, TellsWhichMarkerIsLookedAt) {
+  EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->marker.has_value()) << "a panorama, unless a marker is named";
+  const auto c = parse_config("camera { uri: \"v4l2:/dev/video0\" } marker { body: \"dodecahedron.textproto\" }", "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  ASSERT_TRUE(c->marker.has_value());
+  EXPECT_EQ(c->marker->body, "dodecahedron.textproto");
+}
+
+TEST(Config, AMarkerThatCannotWorkIsRefusedByName) {
+  const std::string bodiless = refusal("camera { uri: \"x:\" } marker {}");
+  EXPECT_NE(bodiless.find("marker.body is missing"), std::string::npos) << bodiless;
+  EXPECT_NE(bodiless.find("lightwell-calibrate marker-sheet"), std::string::npos) << bodiless;
+  const std::string both = refusal("camera { uri: \"x:\" } marker { body: \"b\" } grey_patch { width: 8 height: 8 }");
+  EXPECT_NE(both.find("grey_patch has no meaning beside marker"), std::string::npos) << both;
+  const std::string misspelt = refusal("camera { uri: \"x:\" }\nmarker {\n  bdy: \"b\"\n}\n");
+  EXPECT_NE(misspelt.find("probe.textproto:3:"), std::string::npos) << misspelt;
+  EXPECT_NE(misspelt.find("'body'"), std::string::npos) << misspelt;
+}
+
 TEST(Config, TellsWhereAGreyPatchIs) {
   EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->grey_patch.has_value());
   const auto c = parse_config(

@@ -245,6 +245,7 @@ std::vector<Descriptor> scenes() {
       l.direction_covariance = {1e-4F, k % 2 == 0 ? 0 : 2e-5F, k % 2 == 0 ? 1e-4F : 3e-4F};
       d.lights.push_back(l);
     }
+    if (i == 5) d.flags.set(Flag::unsure);
     if (i == 12) d.flags.set(Flag::clipped);
     if (i == 3) d.environment = whole;
     if (i == 9) {

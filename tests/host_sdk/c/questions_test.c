@@ -30,6 +30,10 @@ static void decoding_is_careful(const char* vectors) {
   memcpy(bytes + n, "\x68\x63", 2);
   CHECK(lw_lighting_decode(bytes, n + 2, 0, out) == LW_OK && lw_lighting_get_info(out, &info) == LW_OK);
   CHECK(info.flags == LW_FLAG_NEWER);
+  /* One of this version has its name. */
+  memcpy(bytes + n, "\x68\x08", 2);
+  CHECK(lw_lighting_decode(bytes, n + 2, 0, out) == LW_OK && lw_lighting_get_info(out, &info) == LW_OK);
+  CHECK(info.flags == LW_FLAG_UNSURE);
   memcpy(bytes + n, "\x08\x02", 2);
   CHECK(lw_lighting_decode(bytes, n + 2, 0, out) == LW_INVALID_ARGUMENT);
   CHECK(strstr(lw_last_error(NULL), "wire_version is 2") != NULL);

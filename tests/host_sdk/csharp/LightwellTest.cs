@@ -152,6 +152,7 @@ internal static class LightwellTest
                 var info = light.Info;
                 Check(info.Sequence == ulong.Parse(words[1], CultureInfo.InvariantCulture), "sequence");
                 Check((int)info.Units == (int)v[1] && (uint)info.Flags == (uint)v[2], "units, flags");
+                Check(info.Sequence != 105 || info.Flags == LightFlags.Unsure, "a flag by its name");
                 Check(info.BoundTotal == (float)v[3] && info.Coverage == (float)v[6], "bound, coverage");
                 Check(info.Band == (int)v[4] && info.LightCount == (uint)v[5], "band, lights");
                 continue;

@@ -62,7 +62,7 @@ function threeAgrees(light, [lights, mainLight, validity, residual, ...numbers],
 }
 let threeCompared = 0;
 
-const flagBit = { unseen: 2, clipped: 4, cleaned: 8, dark: 16, moved: 32, filled: 64, recovered: 128, newer: 2 ** 31 };
+const flagBit = { unseen: 2, clipped: 4, cleaned: 8, dark: 16, moved: 32, filled: 64, recovered: 128, unsure: 256, newer: 2 ** 31 };
 const bitsOf = (flags) => [...flags].reduce((sum, flag) => sum + flagBit[flag], 0);
 
 function agrees(light, rows) {
