@@ -219,8 +219,9 @@ TEST_F(MarkerTest, TheToolReadsTheLampFromOnePicture) {
   ASSERT_TRUE(fields.contains("lights") && fields.contains("flags")) << tool.out();
   const auto& lights = fields.at("lights").list_value().values();
   ASSERT_FALSE(lights.empty()) << tool.out();
-  const auto& direction = lights[0].struct_value().fields().at("direction").struct_value().fields();
-  const Vec3d towards{direction.at("x").number_value(), direction.at("y").number_value(), direction.at("z").number_value()};
+  const auto& direction = lights[0].struct_value().fields().at("direction").list_value().values();
+  ASSERT_EQ(direction.size(), 3) << tool.out();
+  const Vec3d towards{direction[0].number_value(), direction[1].number_value(), direction[2].number_value()};
   EXPECT_LT(angle_between(normalized(towards), frame_.lamps.front().direction), 3 * kDegree);
   EXPECT_THAT(tool.out(), AllOf(HasSubstr("FLAG_UNSEEN"), Not(HasSubstr("FLAG_UNSURE"))));
 }
