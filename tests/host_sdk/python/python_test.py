@@ -373,6 +373,8 @@ class Public(unittest.TestCase):
                              (lightwell.Flag, "LW_FLAG_")):
             for member in kind:
                 self.assertEqual(getattr(lib, prefix + member.name), member.value)
+        flags = {"LW_FLAG_" + name for name in lightwell.Flag.__members__}
+        self.assertEqual({name for name in dir(lib) if name.startswith("LW_FLAG_")}, flags, "no flag is left out")
 
 
 if __name__ == "__main__":
