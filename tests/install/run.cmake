@@ -27,14 +27,15 @@ foreach(file IN LISTS package)
 endforeach()
 
 # Bodies that light is read from: lightwelld --body, byte for byte.
-set(bodies "${SOURCE}/firmware/estimate/marker/bodies")
-file(GLOB names RELATIVE "${bodies}" "${bodies}/*.textproto")
-if(NOT names)
-  message(FATAL_ERROR "no bodies in ${bodies}")
+if(BODIES)
+  file(GLOB names RELATIVE "${BODIES}" "${BODIES}/*.textproto")
+  if(NOT names)
+    message(FATAL_ERROR "no bodies in ${BODIES}")
+  endif()
+  foreach(name IN LISTS names)
+    run("${CMAKE_COMMAND}" -E compare_files "${BODIES}/${name}" "${prefix}/share/lightwell/bodies/${name}")
+  endforeach()
 endif()
-foreach(name IN LISTS names)
-  run("${CMAKE_COMMAND}" -E compare_files "${bodies}/${name}" "${prefix}/share/lightwell/bodies/${name}")
-endforeach()
 
 run("${CMAKE_COMMAND}" -S "${CONSUMER}" -B "${build}" -G "${GENERATOR}"
     "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_FLAGS=${FLAGS}"
