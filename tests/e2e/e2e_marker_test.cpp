@@ -36,11 +36,14 @@ constexpr double kAmbientRadiance = 0.08;
 /// A picture that an independent path tracer made, as a webcam's noisy bytes.
 class MarkerTest : public ::testing::Test {
  protected:
-  void SetUp() override {
+  void SetUp() override { take("grid_straight_white_front_right"); }
+
+  /// Frames of this picture from now on.
+  void take(const std::string& name) {
     const auto frames = measure::load_traced_frames(LIGHTWELL_MARKER_FRAMES);
     ASSERT_TRUE(frames.ok()) << frames.status().message();
-    const auto frame = std::ranges::find(*frames, "grid_straight_white_front_right", &measure::TracedFrame::name);
-    ASSERT_NE(frame, frames->end());
+    const auto frame = std::ranges::find(*frames, name, &measure::TracedFrame::name);
+    ASSERT_NE(frame, frames->end()) << name;
     frame_ = *frame;
     const auto body = load_marker_body(kBody);
     ASSERT_TRUE(body.ok()) << body.status().message();
@@ -49,6 +52,7 @@ class MarkerTest : public ::testing::Test {
     ASSERT_TRUE(picture.ok()) << picture.status().message();
     measure::TracedSensor webcam;
     webcam.srgb = true;
+    seen_.clear();
     for (std::uint64_t number = 0; number < 3; ++number) {
       measure::Shot shot = picture->expose(webcam, number);
       exposure_s_ = shot.frames.front().info.exposure_s;
@@ -156,6 +160,17 @@ TEST_F(MarkerTest, IrradianceAgreesWithTheTruthWhereNormalsFaceTheCamera) {
   EXPECT_LT(std::sqrt(errors / squares), 0.1);
 }
 
+TEST_F(MarkerTest, AClientIsToldThatNothingTellsOfALampBehindTheBody) {
+  take("air_turned_white_behind");
+  Daemon daemon(options(seen_));
+  const Observer observer(daemon.uri());
+  ASSERT_TRUE(observer.gets(1)) << daemon.process().err();
+  const Lighting light = observer.probe().latest();
+  ASSERT_EQ(light.validity(), Validity::valid);
+  EXPECT_TRUE(light.descriptor().flags.has(Flag::unsure)) << "no face that is seen is lit, and there is no table";
+  EXPECT_FALSE(light.descriptor().flags.has(Flag::newer));
+}
+
 TEST_F(MarkerTest, ACoveredBodyIsAGapAndNoGuess) {
   Daemon daemon(options(std::vector<Pixels>{seen_[0], covered(seen_[1])}));
   const Observer observer(daemon.uri());
@@ -184,6 +199,14 @@ TEST_F(MarkerTest, ABodyInTheConfigurationIsMeantFromWhereTheFileIs) {
   Daemon daemon(options(seen_, {"--config", file}));
   const Observer observer(daemon.uri());
   EXPECT_TRUE(observer.gets(1)) << daemon.process().err();
+}
+
+TEST_F(MarkerTest, CheckReadsTheBodyWithoutRunning) {
+  DaemonOptions checked = options(seen_);
+  checked.more.push_back("--check");
+  Child child(daemon_command(checked));
+  EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
+  EXPECT_THAT(child.out(), HasSubstr("all is well"));
 }
 
 TEST_F(MarkerTest, AMarkerWithoutABodyIsToldHowToGetOne) {
