@@ -250,7 +250,8 @@ TEST_F(MarkerTest, TheToolReadsTheLampFromOnePicture) {
 }
 
 TEST_F(MarkerTest, TheToolSaysThatABodyIsNotInThePicture) {
-  Child tool({LIGHTWELL_ESTIMATE, "--calibration", calibration_, "--body", kBody, write_picture("picture.png", covered(seen_[0])), "--json", "-"});
+  const std::string picture = write_picture("picture.png", covered(seen_[0]));
+  Child tool({LIGHTWELL_ESTIMATE, "--calibration", calibration_, "--body", kBody, picture, "--json", "-"});
   EXPECT_THAT(run(tool, 1).err(), HasSubstr("no tag of the body '" + name_ + "'"));
   EXPECT_EQ(tool.out(), "");
 }
