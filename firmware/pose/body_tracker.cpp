@@ -101,9 +101,10 @@ Result<BodySighting> BodyTracker::track(const GreyPicture& picture, ProbeTime mi
                  std::to_string(through.height));
 
   BodySighting out;
+  out.least_contrast = contrast_above_noise(picture);
   const std::optional<BodyPrediction> expected = in.motion.at(mid_exposure);
   in.look(picture, through, in.seen[l] ? expected : std::nullopt, out);
-  Result<std::vector<TagDetection>> tags = in.detector.detect_in(picture, out.region, out.decimate);
+  Result<std::vector<TagDetection>> tags = in.detector.detect_in(picture, {out.region, out.decimate, out.least_contrast});
   if (!tags) return tags.status();
   out.tags = std::move(*tags);
   std::vector<SeenTag> seen;

@@ -27,9 +27,9 @@ namespace lightwell {
 struct BodyTrackerOptions {
   BodyPoseOptions pose;
   MotionOptions motion;
-  /// How much smaller the whole picture is made when it is searched, 1 to 8: 2 takes a third of the time and loses tags
-  /// below 20 px.
-  double search_decimate = 2;
+  /// How much smaller the whole picture is made when it is searched, 1 to 8: 2 takes two thirds of the time and loses
+  /// tags below 20 px.
+  double search_decimate = 1.5;
   /// The same in the predicted part; 0: from how large the tags should be.
   double decimate = 0;
   /// After so many pictures without it the body is lost: nothing is expected any more.
@@ -49,6 +49,7 @@ struct BodySighting {
   bool predicted = false;          ///< Whether only a part of the picture was looked at, where the body was expected.
   PixelRegion region;              ///< The part that was looked at.
   double decimate = 1;             ///< How much smaller it was made.
+  int least_contrast = 5;          ///< What was taken for noise, see contrast_above_noise().
 };
 
 /// Not thread-safe: one call at a time. Movable.

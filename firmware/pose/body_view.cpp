@@ -14,13 +14,13 @@ constexpr double kDegree = std::numbers::pi / 180;
 /// Tags more on edge than this are hardly found.
 constexpr double kOnEdge = 80 * kDegree;
 /// And those beyond this say little that the others do not.
-constexpr double kWorth = 65 * kDegree;
+constexpr double kWorth = 70 * kDegree;
 /// Standard deviations.
 constexpr double kSure = 3;
 /// What AprilTag and the blur of an edge want around a tag, px.
 constexpr double kMargin = 4;
 /// Pixels of the smaller picture that a cell must have. MEASURED.
-constexpr double kCellPixels = 2.2;
+constexpr double kCellPixels = 2.8;
 
 }  // namespace
 

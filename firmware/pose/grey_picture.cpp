@@ -1,5 +1,7 @@
 #include "pose/grey_picture.hpp"
 
+#include <algorithm>
+#include <array>
 #include <string>
 
 namespace lightwell {
@@ -20,6 +22,34 @@ Status GreyPicture::validate() const {
   if (data.size() < needed)
     return wrong("it has " + std::to_string(data.size()) + " bytes and needs " + std::to_string(needed));
   return {};
+}
+
+int contrast_above_noise(const GreyPicture& picture) {
+  // What AprilTag compares: 3 x 3 tiles of 4 x 4 pixels.
+  constexpr int kWindow = 12, kColumns = 16, kRows = 12;
+  constexpr int kLeast = 5, kMost = 15;
+  // So many are flat in most pictures; where all is busy the most is taken.
+  constexpr double kFlat = 0.4;
+  if (picture.width < kWindow || picture.height < kWindow) return kLeast;
+  std::array<int, static_cast<std::size_t>(kColumns) * kRows> ranges;
+  std::size_t n = 0;
+  for (int row = 0; row < kRows; ++row)
+    for (int column = 0; column < kColumns; ++column) {
+      const int x0 = (picture.width - kWindow) * column / (kColumns - 1);
+      const int y0 = (picture.height - kWindow) * row / (kRows - 1);
+      int least = 255, most = 0;
+      for (int y = y0; y < y0 + kWindow; ++y)
+        for (int x = x0; x < x0 + kWindow; ++x) {
+          const int v = picture.at(x, y);
+          least = std::min(least, v);
+          most = std::max(most, v);
+        }
+      ranges[n++] = most - least;
+    }
+  const auto flat = ranges.begin() + static_cast<std::ptrdiff_t>(kFlat * static_cast<double>(n));
+  std::nth_element(ranges.begin(), flat, ranges.end());
+  // Some windows are noisier than the usual one.
+  return std::clamp(*flat + *flat / 4 + 1, kLeast, kMost);
 }
 
 }  // namespace lightwell

@@ -78,6 +78,8 @@ Status TagDetectorOptions::validate() const {
   if (!(decimate >= 1 && decimate <= 8))
     return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
   if (!(blur_px >= 0 && blur_px <= 5)) return wrong("blur_px is " + std::to_string(blur_px) + "; it must be 0 to 5");
+  if (least_contrast < 1 || least_contrast > 255)
+    return wrong("least_contrast is " + std::to_string(least_contrast) + "; it must be 1 to 255");
   if (max_hamming < 0 || max_hamming > 2)
     return wrong("max_hamming is " + std::to_string(max_hamming) + "; it must be 0 to 2");
   if (!(min_decision_margin >= 0 && min_decision_margin <= 255))
@@ -92,20 +94,29 @@ Status TagDetectorOptions::validate() const {
   return {};
 }
 
+Status TagLook::validate() const {
+  TagDetectorOptions asked;
+  asked.decimate = decimate;
+  asked.least_contrast = least_contrast;
+  const Status s = asked.validate();
+  return s.ok() ? s : Status(s.code(), "tag detector: " + s.message());
+}
+
 struct TagDetector::Inside {
   TagDetectorOptions options;
   std::vector<std::pair<TagFamily, ApriltagFamily>> families;
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{nullptr, apriltag_detector_destroy};
 
   /// AprilTag's view of a picture; corners in our pixels, not refined.
-  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture, double decimate) const;
+  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture, double decimate, int least_contrast) const;
   void refine(const GreyPicture& picture, TagDetection& tag, double decimate) const;
 };
 
-std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture, double decimate) const {
+std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture, double decimate, int least_contrast) const {
   std::vector<TagDetection> out;
   if (std::min(picture.width, picture.height) < kSmallestSide * decimate) return out;
   detector->quad_decimate = static_cast<float>(decimate);
+  detector->qtp.min_white_black_diff = least_contrast;
   // AprilTag does not write to the picture; its type cannot say so.
   image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
                    const_cast<std::uint8_t*>(picture.data.data())};
@@ -172,13 +183,13 @@ Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
 
 Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  std::vector<TagDetection> tags = inside_->look(picture, inside_->options.decimate);
+  std::vector<TagDetection> tags = inside_->look(picture, inside_->options.decimate, inside_->options.least_contrast);
   // What a rectified view says of tags that were found plainly: a better start where edges are bent.
   std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
     for (const ViewAxes& axes : views_of(*lens, inside_->options.rectify_beyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
-      for (TagDetection tag : inside_->look(view.picture(), inside_->options.decimate)) {
+      for (TagDetection tag : inside_->look(view.picture(), inside_->options.decimate, inside_->options.least_contrast)) {
         tag.rectified = true;
         if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
@@ -203,12 +214,10 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
   return tags;
 }
 
-Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& picture, const PixelRegion& region,
-                                                         double decimate) {
+Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& picture, const TagLook& look) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  TagDetectorOptions asked;
-  asked.decimate = decimate;
-  if (const Status s = asked.validate(); !s.ok()) return Status(s.code(), "tag detector: " + s.message());
+  if (const Status s = look.validate(); !s.ok()) return s;
+  const PixelRegion& region = look.region;
   const int left = std::max(region.x, 0), top = std::max(region.y, 0);
   // Sums of what a caller made up may not be an int.
   const auto end = [](int first, int size, int most) {
@@ -218,10 +227,10 @@ Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& pict
   if (right <= left || bottom <= top) return std::vector<TagDetection>();
   const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
   const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
-  std::vector<TagDetection> tags = inside_->look(part, decimate);
+  std::vector<TagDetection> tags = inside_->look(part, look.decimate, look.least_contrast);
   for (TagDetection& tag : tags) {
     for (PixelPosition& p : tag.corners) p = {p.x + left, p.y + top};
-    inside_->refine(picture, tag, decimate);
+    inside_->refine(picture, tag, look.decimate);
   }
   sort(tags);
   return tags;

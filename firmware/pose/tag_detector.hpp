@@ -57,6 +57,9 @@ struct TagDetectorOptions {
   int max_hamming = 1;
   /// Detections below are dropped.
   double min_decision_margin = 10;
+  /// Parts of the picture whose values differ by less are taken for flat, 1 to 255. Where noise differs by more, edges are
+  /// looked for in noise, which takes three to six times as long: see contrast_above_noise().
+  int least_contrast = 5;
   CornerWork corners = CornerWork::fitted;
   /// Linear light for each of 256 picture values (linear_table() of calibration/response.hpp); empty: they are linear.
   /// Matters where the picture is encoded (sRGB): a blurred edge's middle is then not half way between the values, and
@@ -77,6 +80,15 @@ struct PixelRegion {
   friend bool operator==(const PixelRegion&, const PixelRegion&) = default;
 };
 
+/// Where and how a picture is looked at.
+struct TagLook {
+  PixelRegion region;  ///< What it holds beyond the picture is left out.
+  double decimate = 1;     ///< In place of the options'.
+  int least_contrast = 5;  ///< In place of the options'.
+
+  [[nodiscard]] Status validate() const;
+};
+
 /// Not thread-safe: one call at a time. Movable.
 class TagDetector {
  public:
@@ -92,11 +104,9 @@ class TagDetector {
   [[nodiscard]] Result<std::vector<TagDetection>> detect(const GreyPicture& picture, const CameraModel* lens = nullptr);
 
   /// Tags in a part of the picture, as plainly as that: no rectified views. A tag must lie inside with the white around
-  /// it; its corners are places in the whole picture, and found there. `decimate` takes the place of the options'.
-  /// What `region` holds beyond the picture is left out. invalid_argument: a picture that does not validate, a decimate
-  /// that the options could not have.
-  [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const PixelRegion& region,
-                                                            double decimate);
+  /// it; its corners are places in the whole picture, and found there. invalid_argument: a picture or a look that does
+  /// not validate.
+  [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const TagLook& look);
 
  private:
   struct Inside;

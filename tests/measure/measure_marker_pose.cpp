@@ -4,7 +4,7 @@
 //   marker_pose.search.*       a first picture: nothing is expected; .no_body: and nothing is there
 //   marker_pose.pose_only.*    find_body_pose from tags, with a prediction and without
 //   marker_pose.part.D.WORK    the expected part alone, made D times smaller, by what becomes of corners
-// Accuracies: direction of the body's axes, deg; place, % of the distance; normalized: mean of e' C⁻¹ e / 6; rms of the
+// Accuracies, of poses that are not flagged: direction of the body's axes, deg; place, % of the distance; normalized: mean of e' C⁻¹ e / 6; rms of the
 // twelve and largest.
 //   measure_marker_pose [--quick]     two attitudes: that it runs
 #include <algorithm>
@@ -64,6 +64,10 @@ struct View {
 class Errors {
  public:
   void add(const BodyPose& found, const Pose& truth) {
+    if (found.ambiguous) {
+      ++flagged_;
+      return;
+    }
     const auto e = test::error_of(found.probe_body.pose, truth);
     const double turn = test::turn_of(e) / test::kDegree, place = 100 * test::shift_of(e) / length(truth.translation);
     turn_squares_ += turn * turn;
@@ -82,8 +86,10 @@ class Errors {
     rms_px_ += found.rms_px;
     ++count_;
   }
+
   void print_as(const std::string& figure) const {
     const double n = std::max(count_, 1);
+    print(figure + ".flagged", flagged_, "");
     print(figure + ".found", count_, "");
     if (count_ == 0) return;
     print(figure + ".tags", tags_ / n, "");
@@ -97,7 +103,7 @@ class Errors {
 
  private:
   double turn_squares_ = 0, place_squares_ = 0, turn_most_ = 0, place_most_ = 0, normalized_ = 0, tags_ = 0, rms_px_ = 0;
-  int count_ = 0;
+  int count_ = 0, flagged_ = 0;
 };
 
 ProbeTime frame(int n) { return ProbeTime{n * 16'666'667LL}; }
@@ -166,7 +172,7 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
         const auto sighting = tracker.track(view.picture.view(), frame(2));
         if (!sighting->predicted) continue;
         std::vector<TagDetection> found;
-        ms += best([&] { found = *detector.detect_in(view.picture.view(), sighting->region, decimate); });
+        ms += best([&] { found = *detector.detect_in(view.picture.view(), {sighting->region, decimate, sighting->least_contrast}); });
         tags += static_cast<double>(found.size());
         BodyPoseOptions options;
         options.focal_sigma = 0;

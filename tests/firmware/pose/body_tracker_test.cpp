@@ -289,7 +289,7 @@ TEST(TagDetector, APartOfAPictureHasTheSameTagsInTheSamePlaces) {
   const auto whole = detector->detect(picture.view());
   ASSERT_TRUE(whole);
   ASSERT_GE(whole->size(), 3u);
-  const auto part = detector->detect_in(picture.view(), {200, 100, 320, 330}, 1);
+  const auto part = detector->detect_in(picture.view(), {{200, 100, 320, 330}});
   ASSERT_TRUE(part);
   ASSERT_EQ(part->size(), whole->size());
   for (std::size_t i = 0; i < whole->size(); ++i) {
@@ -300,11 +300,11 @@ TEST(TagDetector, APartOfAPictureHasTheSameTagsInTheSamePlaces) {
     }
   }
   // What reaches beyond the picture is cut, what lies beyond shows nothing.
-  EXPECT_EQ(detector->detect_in(picture.view(), {-100, -100, 2'000'000'000, 2'000'000'000}, 1)->size(), whole->size());
+  EXPECT_EQ(detector->detect_in(picture.view(), {{-100, -100, 2'000'000'000, 2'000'000'000}})->size(), whole->size());
   for (const PixelRegion& region : {PixelRegion{640, 0, 10, 10}, PixelRegion{-20, 0, 20, 480}, PixelRegion{0, 0, 0, 0},
                                     PixelRegion{10, 10, -5, 20}, PixelRegion{0, 0, 5, 5}})
-    EXPECT_TRUE(detector->detect_in(picture.view(), region, 1)->empty());
-  EXPECT_FALSE(detector->detect_in(picture.view(), {0, 0, 640, 480}, 0.5));
+    EXPECT_TRUE(detector->detect_in(picture.view(), {region})->empty());
+  EXPECT_FALSE(detector->detect_in(picture.view(), {{0, 0, 640, 480}, 0.5}));
 }
 
 }  // namespace
