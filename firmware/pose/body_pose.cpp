@@ -201,7 +201,7 @@ Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body,
   const Pose probe_body = found.best.probe_world();
   out.used = static_cast<int>(choice.used.size());
   out.chi_square = found.best.cost / freedom;
-  const FocalDoubt focal = focal_doubt(rig, seen, choice.used, found.best, *noise);
+  const FocalDoubt focal = focal_doubt(rig, seen, choice.used, found.best);
   out.focal = focal.check;
   const Matrix6d covariance = std::max(1.0, out.chi_square) * *noise +
                               options.focal_sigma * options.focal_sigma * focal.by_focal * focal.by_focal.transpose();

@@ -97,6 +97,19 @@ double robust_cost(const Quads& quads, const std::optional<GravityReading>& grav
   return sum;
 }
 
+using Slopes = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+
+Slopes slopes_of(const ceres::CRSMatrix& sparse) {
+  Slopes out = Slopes::Zero(sparse.num_rows, 6);
+  for (int row = 0; row < sparse.num_rows; ++row)
+    for (int i = sparse.rows[static_cast<std::size_t>(row)]; i < sparse.rows[static_cast<std::size_t>(row) + 1]; ++i) {
+      const int column = sparse.cols[static_cast<std::size_t>(i)];
+      // Ceres turns by the half of a rotation vector.
+      out(row, column) = sparse.values[static_cast<std::size_t>(i)] * (column < 3 ? 0.5 : 1.0);
+    }
+  return out;
+}
+
 }  // namespace
 
 CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world,
@@ -143,16 +156,13 @@ CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& g
   ceres::CRSMatrix sparse;
   double cost = 0;
   std::vector<double> residual;
-  if (!problem.Evaluate(evaluate, &cost, &residual, nullptr, &sparse) || sparse.num_cols != 6) return out;
+  if (!problem.Evaluate(evaluate, &cost, nullptr, nullptr, &sparse) || sparse.num_cols != 6) return out;
+  const Slopes weighed = slopes_of(sparse);
+  out.information = weighed.transpose() * weighed;
+  evaluate.apply_loss_function = false;
+  if (!problem.Evaluate(evaluate, nullptr, &residual, nullptr, &sparse)) return out;
   out.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(), sparse.num_rows);
-  out.slope.setZero(sparse.num_rows, 6);
-  for (int row = 0; row < sparse.num_rows; ++row)
-    for (int i = sparse.rows[static_cast<std::size_t>(row)]; i < sparse.rows[static_cast<std::size_t>(row) + 1]; ++i) {
-      const int column = sparse.cols[static_cast<std::size_t>(i)];
-      // Ceres turns by the half of a rotation vector.
-      out.slope(row, column) = sparse.values[static_cast<std::size_t>(i)] * (column < 3 ? 0.5 : 1.0);
-    }
-  out.information = out.slope.transpose() * out.slope;
+  out.slope = slopes_of(sparse);
   out.cost = 2 * cost;
   out.probe_middle = at.pose();
   return out;

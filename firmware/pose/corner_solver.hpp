@@ -33,7 +33,7 @@ struct CornerSolution {
   Vec3d middle;       ///< World.
   double cost = std::numeric_limits<double>::infinity();  ///< Sum of squares after the loss.
   Matrix6d information = Matrix6d::Zero();                ///< Of probe_middle as UncertainPose has it, without a scale.
-  /// After the loss: two rows a corner, in the order of quads and corners, in standard deviations; and their slopes.
+  /// Without the loss: two rows a corner, in the order of quads and corners, in standard deviations; and their slopes.
   Eigen::VectorXd residual;
   Eigen::Matrix<double, Eigen::Dynamic, 6> slope;
 

@@ -65,11 +65,18 @@ constexpr double kPlaceDeviation = 0.5;
 constexpr double kLeastScatter = 0.03;
 /// Two places a pixel apart count as one and a half would: values between pixels are means of the same ones.
 constexpr double kShared = 1.5;
+/// By what share of its width a blurred edge is out of place where cells are half as wide again; measured.
+constexpr double kPulled = 0.1;
 /// The widest look, px.
 constexpr double kWidest = 20;
 
+struct Steepest {
+  double d = 0;
+  double width_px = 0;  ///< Of the edge: how far it would go from dark to bright were it as steep all the way.
+};
+
 /// Where along `p0 + out * d` the picture grows fastest outwards (times `sign`), |d| <= reach <= kWidest.
-std::optional<double> steepest(const LinearPicture& picture, Vector2d p0, Vector2d out, double reach, double sign) {
+std::optional<Steepest> steepest(const LinearPicture& picture, Vector2d p0, Vector2d out, double reach, double sign) {
   constexpr double kStep = 0.5;
   constexpr std::size_t kAside = 2;  // Differences over 2 px: less is noise, more is the next cell.
   constexpr auto kMost = static_cast<std::size_t>(kWidest / kStep);
@@ -92,7 +99,8 @@ std::optional<double> steepest(const LinearPicture& picture, Vector2d p0, Vector
     const double before = growth(where - 1), after = growth(where + 1), bend = before - 2 * best + after;
     if (bend < 0) fine = std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
   }
-  return first + (static_cast<double>(where) + fine) * kStep;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return Steepest{first + (static_cast<double>(where) + fine) * kStep, 2 * kAside * kStep * (*most - *least) / best};
 }
 
 struct Sample {
@@ -272,7 +280,7 @@ std::optional<Parameters> first_guess(const Edge& edge, const std::vector<Sample
 
 bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign) {
   struct Point {
-    double t, d;
+    double t, d, width_px;
   };
   std::array<Point, kMostPoints> room;
   std::size_t count = 0;
@@ -280,7 +288,7 @@ bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign)
   for (int i = 0; i <= steps; ++i) {
     const double s = edge.begin + (edge.end - edge.begin) * i / steps;
     if (const auto d = steepest(picture, edge.origin + edge.along * s, edge.out, reach, sign))
-      room[count++] = {s / edge.end, *d};
+      room[count++] = {s / edge.end, d->d, d->width_px};
   }
   if (count < 4 || 2 * count < static_cast<std::size_t>(steps)) return false;
   const double bend = bend_deviation(picture, edge.end);
@@ -293,7 +301,7 @@ bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign)
     normal(2, 2) = kPlaceDeviation * kPlaceDeviation / (bend * bend);
     double sum = 0;
     squares = weights = 0;
-    for (const auto& [t, d] : std::span(room).first(count)) {
+    for (const auto& [t, d, width_px] : std::span(room).first(count)) {
       const Eigen::Vector3d row(1, t, t * t);
       const double r = d - row.dot(curve);
       const double w = pass == 0 ? 1 : 1 / (1 + (r / scale) * (r / scale));
@@ -311,6 +319,12 @@ bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign)
   // Neighbouring places share pixels.
   const double variance = std::max(squares / std::max(weights - 3, 1.0), kLeastScatter * kLeastScatter) * kShared;
   edge.covariance = variance * normal.inverse();
+  // Where blur mixes a cell with the next, the steepest place is no longer where the edge is, along all of it.
+  const auto middle = room.begin() + static_cast<std::ptrdiff_t>(count / 2);
+  std::nth_element(room.begin(), middle, room.begin() + static_cast<std::ptrdiff_t>(count),
+                   [](const Point& a, const Point& b) { return a.width_px < b.width_px; });
+  const double pulled = kPulled * middle->width_px * std::clamp(middle->width_px / edge.cell - 0.5, 0.0, 2.0);
+  edge.covariance(0, 0) += pulled * pulled;
   return true;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Dense>
+
 namespace lightwell {
 
 namespace {
@@ -16,7 +18,7 @@ constexpr double kTooWide = 0.05;
 /// Linear least squares in the six numbers x and the focal length's excess e: residuals are r + J x + e g. The pose that
 /// was solved for took e for zero, which moves it by (J'J)⁻¹ J'g for e of one; what J cannot take up of g shows e.
 FocalDoubt focal_doubt(const PlacedLenses& rig, std::span<const SeenTag> seen, const Quads& quads,
-                       const CornerSolution& solution, const Matrix6d& noise) {
+                       const CornerSolution& solution) {
   FocalDoubt out;
   out.check.sigma = std::numeric_limits<double>::infinity();
   Eigen::VectorXd g = Eigen::VectorXd::Zero(solution.residual.size());
@@ -37,17 +39,25 @@ FocalDoubt focal_doubt(const PlacedLenses& rig, std::span<const SeenTag> seen, c
       g.segment<2>(row) = -(corner.weigh * Eigen::Vector2d(dot(change, corner.u), dot(change, corner.v)));
     }
   }
-  const Vector6d pulled = solution.slope.transpose() * g;
-  out.by_focal = noise * pulled;
-  const double shown = g.squaredNorm() - pulled.dot(out.by_focal);
+  // In units in which the normal equations have ones in the diagonal: radians and metres are not of a size.
+  const Vector6d unit = solution.slope.colwise().norm().cwiseInverse();
+  const Eigen::Matrix<double, Eigen::Dynamic, 6> slope = solution.slope * unit.asDiagonal();
+  const Eigen::LDLT<Matrix6d> normal(slope.transpose() * slope);
+  if (!unit.allFinite() || normal.info() != Eigen::Success) return out;
+  const Vector6d pulled = normal.solve(slope.transpose() * g);
+  if (!pulled.allFinite()) return out;
+  out.by_focal = unit.asDiagonal() * pulled;
+  // What the pose cannot take up of g, and of the residuals, of which the robust loss left some.
+  const Eigen::VectorXd across = g - slope * pulled;
+  const Eigen::VectorXd rest = solution.residual - slope * normal.solve(slope.transpose() * solution.residual);
+  const double shown = across.squaredNorm();
   // Rounding of what cancels.
   if (!(shown > 1e-9 * g.squaredNorm())) return out;
-  // The residuals are across J already.
-  const double told = g.dot(solution.residual);
-  const double freedom = static_cast<double>(solution.residual.size()) - 7;
-  const double left = solution.residual.squaredNorm() - told * told / shown;
+  const double excess = -across.dot(rest) / shown;
+  const double freedom = static_cast<double>(rest.size()) - 7;
+  const double left = (rest + excess * across).squaredNorm();
   const double sigma = std::sqrt(std::max(1.0, freedom > 0 ? left / freedom : 1.0) / shown);
-  if (sigma < kTooWide) out.check = {-told / shown, sigma};
+  if (sigma < kTooWide) out.check = {excess, sigma};
   return out;
 }
 

@@ -13,9 +13,9 @@ struct FocalDoubt {
   FocalCheck check;
 };
 
-/// `noise` is noise_of(solution), `quads` those that it was solved from. A lens without a focal length (the whole
+/// `quads` are those that it was solved from. A lens without a focal length (the whole
 /// sphere) has none that could be wrong.
 [[nodiscard]] FocalDoubt focal_doubt(const PlacedLenses& rig, std::span<const SeenTag> seen, const Quads& quads,
-                                     const CornerSolution& solution, const Matrix6d& noise);
+                                     const CornerSolution& solution);
 
 }  // namespace lightwell

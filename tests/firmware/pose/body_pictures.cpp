@@ -81,7 +81,7 @@ std::vector<float> BodyCamera::light(const Pose& probe_body, const BodyShot& sho
   scene.probe_body = probe_body;
   if (shot.cover) scene.occluders.push_back(*shot.cover);
   reference::RenderOptions options;
-  options.samples = 4;
+  options.samples = shot.closing ? 2 : 3;
   const reference::RadiancePicture picture = reference::render(scene, camera_, options);
   std::vector<float> out(clutter_.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -102,7 +102,7 @@ reference::GreyBytes BodyCamera::take(const BodyShot& shot) const {
   const int width = camera_.width(), height = camera_.height();
   std::vector<float> sum;
   if (shot.closing) {
-    constexpr int kInstants = 12;
+    constexpr int kInstants = 8;
     sum.assign(clutter_.size(), 0);
     for (int i = 0; i < kInstants; ++i) {
       const auto now = light(between(shot.probe_body, *shot.closing, (i + 0.5) / kInstants), shot);
