@@ -47,14 +47,18 @@ def pixel_rays(frame: scenes.Frame, dx: float = 0.0, dy: float = 0.0) -> np.ndar
 
 def printed(frame: scenes.Frame, dx: float = 0.0, dy: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of every pixel: face or -1, albedo (0: none), and the point in the world."""
-    rays, place = pixel_rays(frame, dx, dy), frame.camera.axes()[:3, 3]
-    face, t = hit_body(place, rays, frame.world_body())
-    points = place + np.where(face >= 0, t, 0)[..., None] * rays
-    albedo = np.zeros(face.shape)
-    for i in np.unique(face[face >= 0]):
+    x, y, w, h = scenes.body_box(frame)
+    part = (slice(y, y + h), slice(x, x + w))
+    rays, place = pixel_rays(frame, dx, dy)[part], frame.camera.axes()[:3, 3]
+    face, albedo = np.full((frame.camera.height, frame.camera.width), -1), np.zeros((frame.camera.height, frame.camera.width))
+    points = np.broadcast_to(place, (*face.shape, 3)).copy()
+    near, t = hit_body(place, rays, frame.world_body())
+    within = place + np.where(near >= 0, t, 0)[..., None] * rays
+    for i in np.unique(near[near >= 0]):
         m = frame.world_body() @ body.faces()[i]
-        xy = (points[face == i] - m[:3, 3]) @ m[:3, :2]
-        albedo[face == i] = [body.albedo_at(frame.variant, int(i), x, y) for x, y in xy]
+        xy = (within[near == i] - m[:3, 3]) @ m[:3, :2]
+        albedo[part][near == i] = body.albedo_at(frame.variant, int(i), xy[:, 0], xy[:, 1])
+    face[part], points[part] = near, within
     return face, albedo, points
 
 
@@ -137,7 +141,7 @@ def noise(frame: scenes.Frame, halves: list[np.ndarray]) -> dict:
     light = np.where(albedo > 0, mean / np.maximum(albedo, 1e-9), 0)
     paper = (face >= 0) & (albedo > 0.1)
     lit = paper & (light > 0.5 * np.percentile(light[paper], 99))
-    board = (printed(frame)[0] < 0) & (mean > 1e-4)
+    board = (printed(frame)[0] < 0) & (mean > 1e-4) & frame.board
     kinds = {"lit_paper": lit, "dim_paper": paper & ~lit, "board": board}
     return {kind: round(float(half[m].mean() / mean[m].mean()), 5) for kind, m in kinds.items() if m.any()}
 
@@ -149,9 +153,9 @@ def tag_detector():
     return Detector(families="tag36h11", nthreads=1, quad_decimate=1.0, refine_edges=1)
 
 
-def tags_read(image: np.ndarray) -> dict[int, np.ndarray]:
+def tags_read(image: np.ndarray, wanted: set[int]) -> dict[int, np.ndarray]:
     """Number -> (4, 2) corners, house's pixels, AprilTag's order (bottom left first, counter-clockwise). The brightest exposure that does
-    not clip a tag's surroundings is its best: several are tried."""
+    not clip a tag's surroundings is its best: several are tried until all that are wanted are read."""
     detector = tag_detector()
     grey = image.mean(-1)
     top = np.percentile(grey, 99.5)
@@ -161,13 +165,15 @@ def tags_read(image: np.ndarray) -> dict[int, np.ndarray]:
         for tag in seen:
             if tag.hamming == 0 and tag.tag_id not in found:
                 found[tag.tag_id] = np.array(tag.corners) - 0.5
+        if wanted <= found.keys():
+            break
     return found
 
 
 def check_tags(frame: scenes.Frame, image: np.ndarray) -> tuple[list[int], float, list[str]]:
     wrong, worst = [], 0.0
     m, seen = scenes.probe_body(frame), scenes.facing(frame)
-    read = tags_read(image)
+    read = tags_read(image, {int(i) for i in np.flatnonzero(seen > 0.3)})
     for number in np.flatnonzero(seen > 0.5):
         if number not in read and not frame.things:
             wrong.append(f"{frame.name}: tag {number} is not read")

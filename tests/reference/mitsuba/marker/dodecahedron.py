@@ -142,11 +142,12 @@ def ink(variant: str, face: int) -> list[tuple[np.ndarray, float]]:
     return out
 
 
-def albedo_at(variant: str, face: int, x: float, y: float) -> float:
-    """The same as a formula; what lies outside of the pentagon is not asked for."""
-    if max(abs(x), abs(y)) < RIM / 2:
-        return INK if bitmap(face)[int((RIM / 2 - y) / CELL), int((x + RIM / 2) / CELL)] else WHITE
-    return QUADRANTS[variant][(1 if x > 0 else 0) + (2 if y < 0 else 0)]
+def albedo_at(variant: str, face: int, x, y) -> np.ndarray:
+    """The same as a formula, of numbers or arrays; what lies outside of the pentagon is not asked for."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    row, column = (np.clip(np.floor((RIM / 2 + q) / CELL).astype(int), 0, 9) for q in (-y, x))
+    quadrant = np.take(QUADRANTS[variant], (x > 0).astype(int) + 2 * (y < 0).astype(int))
+    return np.where(np.maximum(np.abs(x), np.abs(y)) < RIM / 2, np.where(bitmap(face)[row, column], INK, WHITE), quadrant)
 
 
 def tag_corners(face: int) -> np.ndarray:

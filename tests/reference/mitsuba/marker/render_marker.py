@@ -6,7 +6,7 @@ Shares no code with Lightwell: geometry in dodecahedron.py, scenes in scenes.py,
     render_marker.py                 render what is missing, in the order of scenes.py; each frame is written as it is done
     render_marker.py --group grid    only that group (grid low air near far two room extra)
     render_marker.py --check         render nothing, check files and truth against each other (seconds)
-    render_marker.py --bodies DIR    compare Lightwell's body files with this geometry, too
+    render_marker.py --bodies DIR    where Lightwell's body files are, which are compared with this geometry each time
 
 Exit: 0 done, 1 something disagrees (the message says what).
 """
@@ -155,17 +155,9 @@ def passes(scene: mi.Scene, camera: mi.Sensor, spp: int, seed: int, integrator: 
     return total[..., None] if total.ndim == 2 else total
 
 
-def body_box(frame: scenes.Frame) -> tuple[int, int, int, int]:
-    """x, y, width, height of the body in the picture, with a margin."""
-    m = scenes.probe_body(frame)
-    p = frame.camera.project(body.vertices() @ m[:3, :3].T + m[:3, 3])
-    low, high = np.floor(p.min(0)).astype(int) - 3, np.ceil(p.max(0)).astype(int) + 4
-    return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
-
-
 def render_lit(frame: scenes.Frame, key: int, args: argparse.Namespace, folder: Path) -> list[np.ndarray]:
     """Two independent halves. The body is small and its paper must be clean: it gets samples of its own."""
-    x, y, w, h = body_box(frame)
+    x, y, w, h = scenes.body_box(frame)
     halves = [np.zeros((frame.camera.height, frame.camera.width, 3 if frame.color else 1)) for _ in range(2)]
     for number, lamp in enumerate(frame.lamps):
         scene = lit_scene(frame, lamp, folder)
@@ -319,7 +311,7 @@ def make(frame: scenes.Frame, key: int, args: argparse.Namespace) -> dict:
             halves = render_lit(frame, key, args, Path(temporary))
             truth["noise"] = check.noise(frame, halves)
             truth["samples_per_pixel"] = {"body": args.body_spp, "board": args.board_spp}
-    write_exr(args.out / truth["file"], (halves[0] + halves[1]) / 2, body_box(frame) if frame.panorama else None)
+    write_exr(args.out / truth["file"], (halves[0] + halves[1]) / 2, scenes.body_box(frame) if frame.panorama else None)
     return truth | {"seconds": round(time.time() - start, 1), "sha256": sha256(args.out / truth["file"])}
 
 
@@ -329,7 +321,8 @@ def main() -> int:
     ap.add_argument("--group", action="append", help="only this group; may be given again")
     ap.add_argument("--frame", action="append", help="only this frame; may be given again")
     ap.add_argument("--again", action="store_true", help="render also what is there")
-    ap.add_argument("--bodies", type=Path, help="a folder with dodecahedron_100mm_{white,grey}.textproto to compare with")
+    ap.add_argument("--bodies", type=Path, default=HERE.parents[3] / "firmware/estimate/marker/bodies",
+                    help="the folder with dodecahedron_100mm_{white,grey}.textproto")
     ap.add_argument("--panoramas", type=Path, default=Path.home() / ".cache/lightwell/panoramas",
                     help="what cmake/fetch_panoramas --all printed")
     ap.add_argument("--out", type=Path, default=HERE)
@@ -339,10 +332,15 @@ def main() -> int:
     ap.add_argument("--threads", type=int, default=1)
     args = ap.parse_args()
 
-    if args.bodies:
-        for variant in body.QUADRANTS:
+    for variant in body.QUADRANTS:
+        path = args.bodies / f"dodecahedron_100mm_{variant}.textproto"
+        if not path.exists():
+            print(f"NOT COMPARED: {path} is not there")
+        else:
             try:
-                print(variant, body.compare(args.bodies / f"dodecahedron_100mm_{variant}.textproto", variant))
+                found = body.compare(path, variant)
+                print(f"{path.name}: poses within {found.pose_m:.1e} m, outlines within {found.outline_m:.1e} m, "
+                      f"patches cover {found.coverage:.6f} of the quadrants")
             except body.Disagreement as e:
                 print(f"BODY FILE DISAGREES: {e}")
                 return 1

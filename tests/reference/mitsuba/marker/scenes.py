@@ -192,6 +192,14 @@ def facing(frame: Frame) -> np.ndarray:
     return -(normal * centre).sum(1) / np.linalg.norm(centre, axis=1)
 
 
+def body_box(frame: Frame) -> tuple[int, int, int, int]:
+    """x, y, width, height of the body in the picture, with a margin."""
+    m = probe_body(frame)
+    p = frame.camera.project(body.vertices() @ m[:3, :3].T + m[:3, 3])
+    low, high = np.floor(p.min(0)).astype(int) - 3, np.ceil(p.max(0)).astype(int) + 4
+    return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
+
+
 def floats(a) -> list[float]:
     return [round(float(q), 9) + 0.0 for q in np.asarray(a).ravel()]
 
