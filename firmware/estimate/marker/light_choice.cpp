@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 
 #include <Eigen/Eigenvalues>
@@ -24,6 +25,11 @@ constexpr std::array kRadii = {0.2, 0.4, 0.7, 1.0};
 constexpr double kAsGood = 16;
 /// How far off a direction may be where the model does not explain what was seen, rad.
 constexpr double kUnexplained = 0.2;
+/// Lamps are followed while chi square, over the degrees of freedom, is no more than so many times what it was, or what is good anyway.
+constexpr double kFollowed = 1.5;
+constexpr double kGoodEnough = 0.3;
+/// From one frame to the next a fit is near its end when it begins.
+constexpr int kFollowSteps = 6;
 /// So many times are samples left out and the rest asked again.
 constexpr int kRounds = 2;
 /// The table is one plane of one colour where its samples differ from the model by no more than so many deviations, RMS,
@@ -49,20 +55,16 @@ struct Sought {
 class Chooser {
  public:
   Chooser(const Observations& seen, const std::vector<Vec3d>& hull, const ChoiceOptions& options, Witness witness)
-      : seen_(seen), hull_(hull), options_(options), witness_(witness), search_(seen, hull, options.fit) {}
+      : seen_(seen), hull_(hull), options_(options), witness_(witness) {}
 
-  [[nodiscard]] Sought seek(const std::vector<Lamp>& before) {
+  [[nodiscard]] Sought seek() {
     take(fit_lamps(seen_, {}, {}, witness_, hull_, options_.fit));
     if (options_.most_lamps >= 1 && worth_more()) {
-      for (const LightSearch::Candidate& one : search_.singles(3, witness_)) try_places(one.lamps);
+      for (const LightSearch::Candidate& one : search().singles(3, witness_)) try_places(one.lamps);
       simplify(1);
     }
-    if (!before.empty() && before.size() <= static_cast<std::size_t>(options_.most_lamps)) {
-      try_places(before);
-      simplify(before.size());
-    }
     if (options_.most_lamps >= 2 && worth_more()) {
-      for (const LightSearch::Candidate& two : search_.pairs(3)) try_places(two.lamps);
+      for (const LightSearch::Candidate& two : search().pairs(3)) try_places(two.lamps);
       if (best().model.lamps.size() == 1) try_beside(best().model.lamps);
       simplify(2);
     }
@@ -77,7 +79,27 @@ class Chooser {
     return out;
   }
 
-  [[nodiscard]] LightSearch& search() { return search_; }
+  /// The lamps of the frame before, from where they were. Nothing where one of them is gone, or where they do not explain this frame.
+  [[nodiscard]] std::optional<Sought> follow(const ChosenLight& before) {
+    std::vector<Lamp> lamps;
+    std::vector<Distance> distances;
+    for (const ChosenLamp& lamp : before.lamps) {
+      lamps.push_back(lamp.lamp);
+      distances.push_back(lamp.free ? Distance::free : Distance::infinite);
+    }
+    FitOptions few = options_.fit;
+    few.iterations = std::min(few.iterations, kFollowSteps);
+    take(fit_lamps(seen_, std::move(lamps), std::move(distances), witness_, hull_, few));
+    if (fits_.empty()) return std::nullopt;
+    const double reduced = best().chi_square / std::max(1, best().observations - best().parameters);
+    if (reduced > kFollowed * std::max(before.searched, kGoodEnough)) return std::nullopt;
+    return Sought{best(), {}};
+  }
+
+  [[nodiscard]] LightSearch& search() {
+    if (!search_) search_.emplace(seen_, hull_, options_.fit);
+    return *search_;
+  }
 
  private:
   [[nodiscard]] const Fit& best() const { return fits_[best_]; }
@@ -125,7 +147,7 @@ class Chooser {
   }
 
   void try_beside(std::vector<Lamp> lamps) {
-    for (const LightSearch::Candidate& one : search_.singles(2, witness_, lamps)) {
+    for (const LightSearch::Candidate& one : search().singles(2, witness_, lamps)) {
       std::vector<Lamp> more = lamps;
       more.push_back(one.lamps[0]);
       try_places(more);
@@ -136,7 +158,7 @@ class Chooser {
   const std::vector<Vec3d>& hull_;
   const ChoiceOptions& options_;
   Witness witness_;
-  LightSearch search_;
+  std::optional<LightSearch> search_;
   std::vector<Fit> fits_;
   std::size_t best_ = 0;
 };
@@ -344,22 +366,25 @@ struct Told {  // `chooser` refers to `seen`, and to the hull of the shading tha
   std::unique_ptr<Chooser> chooser;
   Sought sought;
   int left_out = 0;
+  bool followed = false;
 };
 
-Told ask(const Shading& shading, Witness witness, const ChoiceOptions& options, std::vector<Lamp> start) {
+Told ask(const Shading& shading, Witness witness, const ChoiceOptions& options, const ChosenLight* before) {
   Told out;
   out.kept = shading;
   for (int round = 0;; ++round) {
     out.seen = std::make_unique<Observations>(out.kept, options.errors);
     out.chooser = std::make_unique<Chooser>(*out.seen, shading.hull, options, witness);
-    out.sought = out.chooser->seek(start);
-    if (round == kRounds) return out;
+    std::optional<Sought> followed;
+    if (before != nullptr) followed = out.chooser->follow(*before);
+    out.followed = followed.has_value();
+    out.sought = followed ? std::move(*followed) : out.chooser->seek();
+    if (round == (out.followed ? 1 : kRounds)) return out;
     int left_out = 0;
     Shading fewer = without(out.kept, *out.seen, out.sought.best, options, left_out);
     const bool table_thinner = out.kept.table && fewer.table && fewer.table->samples.size() < out.kept.table->samples.size();
     if (left_out == 0 && !(round == 0 && table_thinner)) return out;
     out.left_out += left_out;
-    start = out.sought.best.model.lamps;
     out.kept = std::move(fewer);
   }
 }
@@ -370,11 +395,14 @@ bool is_witness(const Shading& shading, const Told& both) {
   return kept >= kTableKept * all && shadow_shows(*both.seen, both.sought.best, both.kept.hull);
 }
 
-ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const std::vector<Lamp>& before) {
+ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const ChosenLight* before) {
   Witness witness = shading.table && !shading.table->samples.empty() ? Witness::faces_and_table : Witness::faces;
+  // Who told before is asked first; where the table was no witness then, it is asked again with the next search.
+  if (before != nullptr && !before->shadow) witness = Witness::faces;
   Told told = ask(shading, witness, options, before);
+  if (before != nullptr && !told.followed) return choose(shading, options, nullptr);
   Shading alone;
-  if (witness == Witness::faces_and_table && !is_witness(shading, told)) {
+  if (witness == Witness::faces_and_table && !told.followed && !is_witness(shading, told)) {
     alone = shading;
     alone.table.reset();
     witness = Witness::faces;
@@ -385,8 +413,10 @@ ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const s
   out.left_out = told.left_out;
   out.used = told.seen->samples();
   out.shadow = witness == Witness::faces_and_table;
+  out.followed = told.followed;
   out.ambient = best.model.ambient;
   out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
+  out.searched = told.followed ? before->searched : out.chi_square;
   for (std::size_t k = 0; k < best.model.lamps.size(); ++k) {
     ChosenLamp lamp;
     lamp.lamp = best.model.lamps[k];
@@ -410,13 +440,14 @@ ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const s
 
 }  // namespace
 
-ChosenLight choose_light(const Shading& shading, const ChoiceOptions& options, const std::vector<Lamp>& before) {
+ChosenLight choose_light(const Shading& shading, const ChoiceOptions& options, const ChosenLight* before) {
   Scaled scaled(shading);
   ChosenLight out;
   out.unsure = true;
   if (!(scaled.irradiance > 0)) return out;
   int covered = 0;
   leave_out_covered(scaled.shading, covered);
+  if (before != nullptr && before->lamps.empty()) before = nullptr;
   out = choose(scaled.shading, options, before);
   out.left_out += covered;
   for (Rgb& coefficient : out.ambient)

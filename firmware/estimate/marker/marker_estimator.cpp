@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include <lightwell/harmonics.hpp>
@@ -52,7 +53,7 @@ class Marker final : public MarkerEstimator {
   }
   void set_scale(RadianceScale scale) override {
     scale_ = scale;
-    before_.clear();
+    before_.reset();
   }
   RadianceScale scale() const override { return scale_; }
   const MarkerReport& report() const override { return report_; }
@@ -75,7 +76,7 @@ class Marker final : public MarkerEstimator {
   estimate::LightTracker tracker_;
   RadianceScale scale_;
   marker::Shading shading_;
-  std::vector<marker::Lamp> before_;
+  std::optional<marker::ChosenLight> before_;
   MarkerReport report_;
   std::uint32_t calibration_id_;
 };
@@ -90,7 +91,7 @@ Result<int> Marker::find(std::span<const Frame> bracket) {
       return view.lens;
     }
   }
-  before_.clear();
+  before_.reset();
   return Status(StatusCode::not_found, "no tag of the body '" + body_.name + "' is in the picture, or too small, dark or blurred to be read");
 }
 
@@ -112,10 +113,9 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
 
   marker::ChoiceOptions choice = options_.choice;
   choice.most_lamps = std::min({choice.most_lamps, options_.config.max_lights, static_cast<int>(kMaxLights)});
-  report_.light = marker::choose_light(shading_, choice, before_);
+  report_.light = marker::choose_light(shading_, choice, before_ ? &*before_ : nullptr);
+  before_ = report_.light;
   add_attitude();
-  before_.clear();
-  for (const marker::ChosenLamp& lamp : report_.light.lamps) before_.push_back(lamp.lamp);
 
   const FrameInfo& first = bracket.front().info;
   const FrameInfo& last = bracket.back().info;

@@ -1,0 +1,137 @@
+// How long a frame with a marker in view takes, on one thread: a path-traced frame of 1280x960 as a camera at rest sees it, noise anew in each
+// frame; time of the thread's processor. Prints one JSON object a line for tests/figures (figure, value), each the best of five runs:
+//   marker_speed.fps                        frames a second, camera's bytes to descriptor, body and lamps followed
+//   marker_speed.ms_detection_and_pose, .ms_sampling, .ms_light, .ms_all     milliseconds of a frame, followed
+//   marker_speed.ms_first                   of the first frame: body and lamps are looked for everywhere
+//   marker_speed.memcpy_gb_per_s
+//   measure_marker_speed [--frame NAME] [--frames FOLDER] [--bodies FOLDER]
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/tag_body_finder.hpp"
+#include "bench/memcpy_speed.hpp"
+#include "calibration/lens_table.hpp"
+#include "estimate/marker/marker_estimator.hpp"
+#include "estimate/marker/table_light.hpp"
+#include "measure/traced_frames.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+constexpr int kFrames = 30, kRuns = 5;
+
+[[noreturn]] void fail(const std::string& what) {
+  std::fprintf(stderr, "measure_marker_speed: %s\n", what.c_str());
+  std::exit(1);
+}
+
+/// Of this thread's processor: what others do on the machine does not count.
+double now_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+/// The finder with a clock around it.
+class TimedFinder final : public BodyFinder {
+ public:
+  TimedFinder(std::unique_ptr<BodyFinder> finder, double& spent) : finder_(std::move(finder)), spent_(spent) {}
+  Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
+    const double begin = now_ms();
+    auto found = finder_->find(view, info);
+    spent_ += now_ms() - begin;
+    return found;
+  }
+
+ private:
+  std::unique_ptr<BodyFinder> finder_;
+  double& spent_;
+};
+
+struct Times {
+  double first = 1e9, all = 1e9, finding = 1e9, sampling = 1e9;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES, name = "extra_large_straight_grey";
+  for (int i = 1; i + 1 < argc; i += 2) {
+    if (std::strcmp(argv[i], "--frame") == 0) name = argv[i + 1];
+    if (std::strcmp(argv[i], "--frames") == 0) frames_folder = argv[i + 1];
+    if (std::strcmp(argv[i], "--bodies") == 0) bodies_folder = argv[i + 1];
+  }
+  const auto frames = measure::load_traced_frames(frames_folder);
+  if (!frames) fail(frames.status().message());
+  const auto frame = std::find_if(frames->begin(), frames->end(), [&](const auto& f) { return f.name == name; });
+  if (frame == frames->end()) fail("no frame " + name);
+  const auto body = load_marker_body(bodies_folder + "/dodecahedron_100mm_" + frame->body + ".textproto");
+  if (!body) fail(body.status().message());
+  const auto picture = measure::TracedPicture::load(frames_folder, *frame, *body);
+  if (!picture) fail(picture.status().message());
+  measure::TracedSensor sensor;
+  sensor.srgb = true;
+  const RigParameters rig = picture->rig_for(sensor);
+  std::vector<measure::Shot> shots;
+  for (int k = 0; k < 6; ++k) shots.push_back(picture->expose(sensor, static_cast<std::uint64_t>(k)));
+
+  Times best;
+  for (int run = 0; run < kRuns; ++run) {
+    Result<std::unique_ptr<BodyFinder>> plain = make_tag_body_finder(rig, *body);
+    if (!plain) fail(plain.status().message());
+    double finding = 0;
+    auto estimator = make_marker_estimator(rig, *body, std::make_unique<TimedFinder>(std::move(*plain), finding), {});
+    if (!estimator) fail(estimator.status().message());
+    Descriptor out;
+    double all = 0, first = 0;
+    for (int k = 0; k < kFrames; ++k) {
+      measure::Shot& shot = shots[static_cast<std::size_t>(k) % shots.size()];
+      shot.frames.front().info.mid_exposure = ProbeTime{(k + 1) * 16'666'667LL};
+      const double begin = now_ms();
+      if (const Status s = (*estimator)->estimate(shot.frames, out); !s.ok()) fail(s.message());
+      const double spent = now_ms() - begin;
+      if (k == 0) {
+        first = spent;
+        finding = 0;
+      } else {
+        all += spent;
+      }
+      if (k > 0 && !(*estimator)->report().light.followed) std::fprintf(stderr, "measure_marker_speed: frame %d was searched\n", k);
+    }
+    best.first = std::min(best.first, first);
+    best.all = std::min(best.all, all / (kFrames - 1));
+    best.finding = std::min(best.finding, finding / (kFrames - 1));
+
+    const Result<RigTable> table = make_rig_table(rig);
+    if (!table) fail(table.status().message());
+    estimate::RowReader reader(rig, *table);
+    marker::MarkerSampler sampler(rig.lenses[0].width, {});
+    const CameraModel model(rig.lenses[0]);
+    marker::Shading shading;
+    const double begin = now_ms();
+    for (int k = 0; k < kFrames; ++k) {
+      if (!reader.bind(shots[static_cast<std::size_t>(k) % shots.size()].frames).ok()) fail("the frame cannot be read");
+      const marker::PlacedBody placed(*body, rig.lenses[0], model, (*estimator)->report().body.probe_body.pose);
+      (void)sampler.sample(reader, 0, rig.lenses[0].width, rig.lenses[0].height, *body, placed, 1, 3, shading);
+      marker::take_out_table_light(shading);
+    }
+    best.sampling = std::min(best.sampling, (now_ms() - begin) / kFrames);
+  }
+  const auto print = [](const char* figure, double value) { std::printf("{\"figure\": \"marker_speed.%s\", \"value\": %.4g}\n", figure, value); };
+  print("fps", 1000 / best.all);
+  print("ms_all", best.all);
+  print("ms_detection_and_pose", best.finding);
+  print("ms_sampling", best.sampling);
+  print("ms_light", best.all - best.finding - best.sampling);
+  print("ms_first", best.first);
+  print("memcpy_gb_per_s", bench::memcpy_speed(1280 * 960 * 3).gigabytes_per_s);
+  return 0;
+}
