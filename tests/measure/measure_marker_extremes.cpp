@@ -1,0 +1,83 @@
+// What lightwelld's marker estimator says of pictures that are hard, or no pictures of the marker at all: one JSON object a line for every
+// case (tests/firmware/estimate/marker/extreme_scenes.cpp) and seed of its noise:
+//   extreme                 which case
+//   outcome                 refused, flagged, right, wrong (judge_extreme in extreme_scenes.hpp); of a sequence of frames, its worst
+//   easy                    whether nothing keeps this one from being answered
+//   error_deg, sigma_deg    of the strongest light that was answered; null where there is none
+//   deviations2             the error's squared Mahalanobis distance
+//   why                     the refusal's message, the flags, what is wrong
+// Usage: --help.
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <string>
+
+#include <lightwell/json.hpp>
+
+#include "firmware/estimate/marker/extreme_scenes.hpp"
+
+namespace {
+
+using namespace lightwell::marker::test;
+
+constexpr const char* kUsage =
+    "usage: measure_marker_extremes [--seeds N] [--case PART]\n"
+    "What the marker estimator says of hard pictures, one JSON object a line.\n"
+    "  --seeds N     noisy pictures of each case [10]\n"
+    "  --case PART   cases whose name has this in it [all]\n"
+    "  --bodies FOLDER  body files [firmware/estimate/marker/bodies]\n"
+    "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
+
+void print_number(const char* name, bool there, double value) {
+  if (there && std::isfinite(value))
+    std::printf(", \"%s\": %.4g", name, value);
+  else
+    std::printf(", \"%s\": null", name);
+}
+
+int measure(const std::string& bodies, const std::string& part, int seeds) {
+  for (ExtremeCase& one : extreme_cases(bodies)) {
+    if (one.name.find(part) == std::string::npos) continue;
+    const ExtremePicture picture(std::move(one));
+    for (int seed = 1; seed <= seeds; ++seed) {
+      const Verdict v = picture.worst(static_cast<std::uint64_t>(seed));
+      std::printf("{\"extreme\": %s, \"outcome\": \"%s\", \"easy\": %s", lightwell::json_string(picture.what().name).c_str(), name_of(v.outcome),
+                  picture.what().easy ? "true" : "false");
+      print_number("error_deg", v.direction.has_value(), v.error_deg);
+      print_number("sigma_deg", v.direction.has_value(), v.sigma_deg);
+      print_number("deviations2", v.direction.has_value(), v.deviations2);
+      std::printf(", \"why\": %s}\n", lightwell::json_string(v.why).c_str());
+    }
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string bodies = LIGHTWELL_MARKER_BODIES, part;
+  int seeds = 10;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--help") return std::printf("%s", kUsage), 0;
+    if (i + 1 < argc && word == "--seeds") {
+      seeds = std::atoi(argv[++i]);
+    } else if (i + 1 < argc && word == "--case") {
+      part = argv[++i];
+    } else if (i + 1 < argc && word == "--bodies") {
+      bodies = argv[++i];
+    } else {
+      return std::fprintf(stderr, "%s", kUsage), 2;
+    }
+  }
+  if (seeds < 1) return std::fprintf(stderr, "%s", kUsage), 2;
+  try {
+    return measure(bodies, part, seeds);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "measure_marker_extremes: %s\n", e.what());
+    return 1;
+  }
+}
