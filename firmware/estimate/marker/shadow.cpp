@@ -5,9 +5,9 @@
 namespace lightwell::marker {
 namespace {
 
-/// The lamp stands at least this much higher above the table than the body's highest point, as a share of its own height; of a lamp
-/// that is infinitely far: the sine of its elevation.
-constexpr double kAbove = 0.05;
+/// Of the way to the lamp (whose length is about one): what a point of the body is further below it than so much has its shadow at a
+/// finite place. A lamp that is lower than the point throws the shadow without end; then it ends far outside of all samples.
+constexpr double kLeastRise = 0.01;
 
 }  // namespace
 
@@ -15,14 +15,14 @@ bool Shadow::light(const TableObservations& table, std::span<const Vec3d> hull, 
   out.setZero(table.size());
   const auto [u, v] = tangent_basis(table.normal);
   const double elevation = dot(direction, table.normal);
-  if (!(elevation > kAbove)) return false;
+  // All samples lie in one plane, so that all are as far below the lamp.
+  const double rise = elevation - dot(table.point, table.normal) * inverse_distance;
+  if (!(rise > 0)) return false;
   outline_.clear();
   for (const Vec3d& p : hull) {
     // Towards the lamp from p, scaled by the inverse distance so that infinity is no special case.
     const Vec3d to_lamp = direction - p * inverse_distance;
-    const double rise = dot(to_lamp, table.normal);
-    if (!(rise > kAbove * elevation)) return false;
-    const Vec3d on_table = p - to_lamp * (dot(p - table.point, table.normal) / rise) - table.point;
+    const Vec3d on_table = p - to_lamp * (dot(p - table.point, table.normal) / std::max(kLeastRise, dot(to_lamp, table.normal))) - table.point;
     outline_.add(dot(on_table, u), dot(on_table, v));
   }
   if (!outline_.close()) return false;
@@ -33,9 +33,7 @@ bool Shadow::light(const TableObservations& table, std::span<const Vec3d> hull, 
   const Vec3d& d = direction;
   const double w = inverse_distance;
   squared_ = (d.x - table.x * w).square() + (d.y - table.y * w).square() + (d.z - table.z * w).square();
-  // All samples lie in one plane, so that all are as far below the lamp.
-  const double rise = elevation - dot(table.point, table.normal) * w;
-  out = share_ * std::max(0.0, rise) / (squared_ * squared_.sqrt());
+  out = share_ * rise / (squared_ * squared_.sqrt());
   return true;
 }
 
