@@ -161,6 +161,7 @@ void Marker::tell(Descriptor& out) {
   // What shines on the side that is turned away from the lens is never seen.
   out.flags.set(Flag::unseen);
   if (counts.clipped > 0) out.flags.set(Flag::clipped);
+  if (counts.cleaned > 0) out.flags.set(Flag::cleaned);
   const bool dark = !(counts.brightest > kDark * counts.hidden) || !(counts.brightest > 0);
   if (dark) out.flags.set(Flag::dark);
   if (light.unsure || report_.body.ambiguous || dark) out.flags.set(Flag::unsure);

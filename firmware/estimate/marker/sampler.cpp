@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimate/marker/tag_ring.hpp"
+
 namespace lightwell::marker {
 namespace {
 
@@ -203,6 +205,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   placed_ = &placed;
   lens_ = lens, width_ = width, height_ = height, scale_ = scale;
   counts_ = {};
+  reading_ = {};
   counts_.darkest = 1e300;
   out.samples.clear();
   out.channels = channels;
@@ -212,6 +215,10 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
     const Vec3d normal = placed.normal_of(face);
     const Vec3d view = normalized(placed.lens() - placed.point_of(face, {0, 0}));
     if (dot(view, normal) < options_.flattest) continue;
+    if (look_for_ring(reader, row_, lens, width, height, body, face, placed) == Ring::missing) {
+      ++counts_.covered;
+      continue;
+    }
     const std::size_t before = out.samples.size();
     for (const MarkerPatch& patch : face.patches) {
       patch_.corners.clear();
@@ -229,6 +236,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
     sample_table(out);
     if (out.table->samples.empty()) out.table.reset();
   }
+  counts_.cleaned = reading_.cleaned;
   if (counts_.patches > 0) counts_.hidden /= counts_.patches;
   if (counts_.darkest > counts_.brightest) counts_.darkest = counts_.brightest = 0;
   counts_.darkest *= scale, counts_.brightest *= scale, counts_.hidden *= scale;
