@@ -9,7 +9,7 @@ namespace {
 /// A face that looks down within so much of straight down is one to stand on.
 constexpr double kCosDown = 0.64;
 /// The lens is above the table by at least this share of its distance: flatter, the table shows nothing.
-constexpr double kLensAbove = 0.06;
+constexpr double kLensAbove = 0.12;
 /// Points that stand for a ball's hull.
 constexpr int kBallPoints = 48;
 
