@@ -7,6 +7,7 @@
 //   deviations2             the error's squared Mahalanobis distance
 //   why                     the refusal's message, the flags, what is wrong
 // Usage: --help.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -23,10 +24,11 @@ namespace {
 using namespace lightwell::marker::test;
 
 constexpr const char* kUsage =
-    "usage: measure_marker_extremes [--seeds N] [--case PART]\n"
+    "usage: measure_marker_extremes [--seeds N] [--case PART] [--verbose] [--bodies FOLDER]\n"
     "What the marker estimator says of hard pictures, one JSON object a line.\n"
     "  --seeds N     noisy pictures of each case [10]\n"
     "  --case PART   cases whose name has this in it [all]\n"
+    "  --verbose     what answers were made from, on standard error\n"
     "  --bodies FOLDER  body files [firmware/estimate/marker/bodies]\n"
     "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
 
@@ -37,7 +39,21 @@ void print_number(const char* name, bool there, double value) {
     std::printf(", \"%s\": null", name);
 }
 
-int measure(const std::string& bodies, const std::string& part, int seeds) {
+void tell(const Verdict& v) {
+  const lightwell::MarkerReport& r = v.report;
+  const lightwell::marker::ChosenLight& l = r.light;
+  std::fprintf(stderr, "  tags %d%s, patches %d, faces %d, small %d, uneven %d, clipped %d; used %d, left out %d, chi2 %.2f%s%s\n", r.body.tags,
+               r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small, r.counts.uneven, r.counts.clipped, l.used,
+               l.left_out, l.chi_square, l.shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
+  for (const lightwell::marker::ChosenLamp& lamp : l.lamps) {
+    const lightwell::Vec3d& d = lamp.lamp.direction;
+    std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) 1/m %.2f, irradiance %.4g, sigma %.2f deg%s%s\n", d.x, d.y, d.z, lamp.lamp.inverse_distance,
+                 lamp.lamp.irradiance[1], 57.3 * std::sqrt(std::max(lamp.direction_covariance[0], lamp.direction_covariance[2])),
+                 lamp.near ? ", near" : "", lamp.unsure ? ", unsure" : "");
+  }
+}
+
+int measure(const std::string& bodies, const std::string& part, int seeds, bool verbose) {
   for (ExtremeCase& one : extreme_cases(bodies)) {
     if (one.name.find(part) == std::string::npos) continue;
     const ExtremePicture picture(std::move(one));
@@ -49,6 +65,7 @@ int measure(const std::string& bodies, const std::string& part, int seeds) {
       print_number("sigma_deg", v.direction.has_value(), v.sigma_deg);
       print_number("deviations2", v.direction.has_value(), v.deviations2);
       std::printf(", \"why\": %s}\n", lightwell::json_string(v.why).c_str());
+      if (verbose) tell(v);
     }
     std::fflush(stdout);
   }
@@ -60,10 +77,13 @@ int measure(const std::string& bodies, const std::string& part, int seeds) {
 int main(int argc, char** argv) {
   std::string bodies = LIGHTWELL_MARKER_BODIES, part;
   int seeds = 10;
+  bool verbose = false;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--help") return std::printf("%s", kUsage), 0;
-    if (i + 1 < argc && word == "--seeds") {
+    if (word == "--verbose") {
+      verbose = true;
+    } else if (i + 1 < argc && word == "--seeds") {
       seeds = std::atoi(argv[++i]);
     } else if (i + 1 < argc && word == "--case") {
       part = argv[++i];
@@ -75,7 +95,7 @@ int main(int argc, char** argv) {
   }
   if (seeds < 1) return std::fprintf(stderr, "%s", kUsage), 2;
   try {
-    return measure(bodies, part, seeds);
+    return measure(bodies, part, seeds, verbose);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "measure_marker_extremes: %s\n", e.what());
     return 1;

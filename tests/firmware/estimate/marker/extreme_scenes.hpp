@@ -40,6 +40,8 @@ struct ExtremeCase {
   std::optional<MarkerBody> believed_body;  ///< Where it is not the scene's.
   /// Nothing keeps this picture from being answered well: flagged is not good enough.
   bool easy = false;
+  /// Answered wrong as yet: figures show it, tests ask of it no more than numbers that are numbers.
+  bool unsolved = false;
 };
 
 /// All of them. `bodies_folder`: firmware/estimate/marker/bodies. Throws std::runtime_error where a body cannot be read.
@@ -54,6 +56,7 @@ struct Verdict {
   std::optional<Vec3d> direction;   ///< Of the strongest light that was answered.
   double error_deg = 0, sigma_deg = 0;  ///< Of it, where there is one; sigma along the error.
   double deviations2 = 0;               ///< The error's squared Mahalanobis distance (two numbers).
+  MarkerReport report;                  ///< What the answer was made from.
 };
 
 class ExtremePicture {
