@@ -23,6 +23,11 @@ constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
 constexpr double kDark = 3;
 /// What is not modelled (paper that is not quite matte, lamps that are not points) is never better than this in a direction, rad.
 constexpr double kLeastSigma = 0.005;
+/// Where so large a share of the patches is something else, what stands before the body or throws its shadow on it may be before the table
+/// and the lamp as well, and what is left may be explained by a lamp that is not there.
+constexpr double kHidden = 0.25;
+/// Variance of a direction of which nothing is known, rad².
+constexpr double kAnywhere = 1;
 /// Paper that is white: what saturated patches are taken for in a lower bound.
 constexpr double kWhite = 0.8;
 
@@ -61,6 +66,7 @@ class Marker final : public MarkerEstimator {
  private:
   /// Finds the body in one of the bracket's pictures; the lens that sees it.
   [[nodiscard]] Result<int> find(std::span<const Frame> bracket);
+  void doubt_hidden();
   void add_attitude();
   void tell(Descriptor& out);
   void judge(Descriptor& out) const;
@@ -115,6 +121,7 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   choice.most_lamps = std::min({choice.most_lamps, options_.config.max_lights, static_cast<int>(kMaxLights)});
   report_.light = marker::choose_light(shading_, choice, before_ ? &*before_ : nullptr);
   before_ = report_.light;
+  doubt_hidden();
   add_attitude();
 
   const FrameInfo& first = bracket.front().info;
@@ -132,6 +139,18 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   tell(out);
   judge(out);
   return {};
+}
+
+/// What is left of a body that much lies over tells no direction.
+void Marker::doubt_hidden() {
+  const marker::SampleCounts& counts = report_.counts;
+  if (counts.uneven + counts.covered + report_.light.left_out <= kHidden * counts.patches) return;
+  report_.light.unsure = true;
+  for (marker::ChosenLamp& lamp : report_.light.lamps) {
+    lamp.unsure = true;
+    lamp.direction_covariance[0] += kAnywhere;
+    lamp.direction_covariance[2] += kAnywhere;
+  }
 }
 
 /// Normals are as wrong as the body's attitude is, and so are directions.

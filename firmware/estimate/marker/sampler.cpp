@@ -216,7 +216,8 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
     const Vec3d view = normalized(placed.lens() - placed.point_of(face, {0, 0}));
     if (dot(view, normal) < options_.flattest) continue;
     if (look_for_ring(reader, row_, lens, width, height, body, face, placed) == Ring::missing) {
-      ++counts_.covered;
+      counts_.patches += static_cast<int>(face.patches.size());
+      counts_.covered += static_cast<int>(face.patches.size());
       continue;
     }
     const std::size_t before = out.samples.size();

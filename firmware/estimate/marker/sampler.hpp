@@ -35,7 +35,7 @@ struct SampleCounts {
   int small = 0;    ///< Left out because too few pixels are inside.
   int faces = 0;    ///< With a sample.
   std::uint64_t cleaned = 0;  ///< Pixels that were read and are no number, or negative.
-  int covered = 0;  ///< Faces left out whole: their tag is not where it should be.
+  int covered = 0;  ///< Left out with their face, whose tag is not where it should be.
   double darkest = 0, brightest = 0;  ///< Mean luminance of a patch's radiance, least and largest, clipped ones included.
   /// Mean luminance of what rounding and noise may hide near black, over patches.
   double hidden = 0;
