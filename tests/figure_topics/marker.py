@@ -6,9 +6,9 @@ The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees a
 import json
 import subprocess
 
-from figure_topics.rows import at_most, known, reported, row
+from figure_topics.rows import at_most, equals, known, reported, row
 
-TARGETS = ["measure_marker"]
+TARGETS = ["measure_marker", "measure_marker_extremes"]
 
 ENCODINGS = {"srgb": "sRGB", "linear": "linear"}
 PLACES = {"front": "in front", "front_right": "front right", "right": "right", "back_right": "back right", "behind": "behind"}
@@ -113,6 +113,29 @@ def grid_of_seed(figures):
     return rows
 
 
+def extremes(items):
+    """Every answer to a hard picture is refused, flagged or right; those to pictures that are not hard are right."""
+    real = "oracle's pictures, simulated 8-bit sensor; real AprilTag"
+    rows, cases = [], {}
+    for item in items:
+        cases.setdefault(item["extreme"], []).append(item)
+    wrong = sum(item["outcome"] == "wrong" for item in items) if items else None
+    rows.append(equals("extremes: confidently wrong", 0, wrong, "answers", f"{real}; {len(items)} answers"))
+    for name, answers in cases.items():
+        counts = {outcome: sum(a["outcome"] == outcome for a in answers) for outcome in ("refused", "flagged", "right", "wrong")}
+        told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
+        worst = max((a["error_deg"] for a in answers if a["outcome"] == "right"), default=None)
+        off = "" if worst is None else f"; right ones off by {worst:.2g} deg at most"
+        easy = answers[0]["easy"]
+        holds = counts["right"] == len(answers) if easy else counts["wrong"] == 0
+        rows.append(row(f"extremes, {name}", "right" if easy else "refused, flagged or right", told, "", holds, real + off))
+    return rows
+
+
 def measure(programs, say):
     figures = lines_of([programs / "measure_marker"], say)
-    return grid_of_ours(figures) + grid_of_seed(figures)
+    command = [programs / "measure_marker_extremes"]
+    say(" ".join(str(c.name) for c in command))
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+    items = [] if done.returncode else [json.loads(line) for line in done.stdout.splitlines()]
+    return grid_of_ours(figures) + grid_of_seed(figures) + extremes(items)

@@ -42,8 +42,8 @@ void print_number(const char* name, bool there, double value) {
 void tell(const Verdict& v) {
   const lightwell::MarkerReport& r = v.report;
   const lightwell::marker::ChosenLight& l = r.light;
-  std::fprintf(stderr, "  tags %d%s, patches %d, faces %d, small %d, uneven %d, clipped %d; used %d, left out %d, chi2 %.2f%s%s\n", r.body.tags,
-               r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small, r.counts.uneven, r.counts.clipped, l.used,
+  std::fprintf(stderr, "  tags %d%s, patches %d, faces %d, small %d, uneven %d, covered %d, clipped %d; used %d, left out %d, chi2 %.2f%s%s\n", r.body.tags,
+               r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small, r.counts.uneven, r.counts.covered, r.counts.clipped, l.used,
                l.left_out, l.chi_square, l.shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
   for (const lightwell::marker::ChosenLamp& lamp : l.lamps) {
     const lightwell::Vec3d& d = lamp.lamp.direction;
