@@ -19,8 +19,6 @@ constexpr double kWorth = 70 * kDegree;
 constexpr double kSure = 3;
 /// What AprilTag and the blur of an edge want around a tag, px.
 constexpr double kMargin = 4;
-/// Pixels of the smaller picture that a cell must have. MEASURED.
-constexpr double kCellPixels = 2.8;
 
 }  // namespace
 
@@ -95,9 +93,11 @@ std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoo
 }
 
 double decimate_for(double cell_px) {
-  for (const double d : {4.0, 3.0, 2.0, 1.5})
-    if (cell_px >= kCellPixels * d) return d;
-  return 1;
+  // AprilTag takes one pixel of d x d for all whole d, and means for 1.5, which finds tags that are nearly as small as in
+  // the picture itself, in a quarter of its time.
+  for (const double d : {4.0, 3.0, 2.0})
+    if (cell_px >= 3.5 * d) return d;
+  return cell_px >= 2.5 * 1.5 ? 1.5 : 1;
 }
 
 }  // namespace lightwell

@@ -87,7 +87,7 @@ TEST(BodyTracker, AStillBodyIsFoundAndThenLookedForWhereItIs) {
         EXPECT_EQ(sighting.region, (PixelRegion{0, 0, 1280, 960}));
       } else if (i > 1) {
         // The second picture has to be ready for any motion.
-        EXPECT_LT(sighting.region.width * sighting.region.height, 1280 * 960 / 4);
+        EXPECT_LT(sighting.region.width * sighting.region.height, 1280 * 960 / 3);
       }
     }
   }
