@@ -6,9 +6,9 @@ The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees a
 import json
 import subprocess
 
-from figure_topics.rows import at_most, equals, known, reported, row
+from figure_topics.rows import at_least, at_most, equals, known, reported, row
 
-TARGETS = ["measure_marker", "measure_marker_extremes"]
+TARGETS = ["measure_marker", "measure_marker_extremes", "measure_marker_light", "measure_marker_speed"]
 
 ENCODINGS = {"srgb": "sRGB", "linear": "linear"}
 PLACES = {"front": "in front", "front_right": "front right", "right": "right", "back_right": "back right", "behind": "behind"}
@@ -37,6 +37,13 @@ def lines_of(command, say):
     if done.returncode:
         return {}
     return {item["figure"]: item for item in map(json.loads, done.stdout.splitlines())}
+
+
+def items_of(command, say):
+    """What a program prints, line by line; nothing of one that failed."""
+    say(" ".join(str(getattr(c, "name", c)) for c in command))
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+    return [] if done.returncode else [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def share_flagged(item):
@@ -113,6 +120,62 @@ def grid_of_seed(figures):
     return rows
 
 
+def light(items):
+    """Two lamps, near and far ones, rooms; whether errors are as large as they are said to be. Every frame counts, flagged ones are told."""
+    real = REAL.format(encoding="sRGB")
+    rows = []
+    of_group = lambda group: [i for i in items if i["group"] == group]
+    largest = lambda values: max(values, default=None)
+
+    def flagged(name, of):
+        share = 100 * sum(i["unsure"] for i in of) / len(of) if of else None
+        rows.append(at_most(f"{name}: frames that are flagged", MOST_FLAGGED, share, "%", real))
+
+    two = [i for i in of_group("two") if i.get("found", 0) >= 1]
+    lamps = [lamp for i in two for lamp in i["lamps"]]
+    rows.append(at_most("two lamps 60 to 120 degrees apart: direction of either, worst", 8, largest([x["error_deg"] for x in lamps]), "deg", real))
+    rows.append(at_most("two lamps: colour (channels' shares) of either, worst", 10, largest([100 * x["color"] for x in lamps]), "%", real))
+    rows.append(reported("two lamps: irradiance of either, worst", largest([100 * abs(x["irradiance"]) for x in lamps]), "%", real))
+    rows.append(equals("two lamps: frames in which exactly two are found", len(of_group("two")), sum(i["found"] == 2 for i in two), "frames", real))
+    flagged("two lamps", of_group("two"))
+    near = of_group("near")
+    first = [i["lamps"][0] for i in near if i.get("lamps")]
+    rows.append(equals("near lamp (30 cm): frames in which it is near", len(near), sum("position" in x for x in first), "frames", real))
+    rows.append(at_most("near lamp: position, worst", 10, largest([100 * x["position"] for x in first if "position" in x]), "% of 30 cm", real))
+    flagged("near lamp", near)
+    far = [i["lamps"][0] for i in of_group("far") if i.get("lamps")]
+    rows.append(reported("lamp at 5 m: direction, worst", largest([x["error_deg"] for x in far]), "deg", real))
+    for name in sorted({i["frame"] for i in of_group("room")}):
+        of = [i for i in items if i["frame"] == name]
+        told = [i["error_deg"] for i in of if not i["unsure"] and "error_deg" in i]
+        share = f"{100 * of[0]['strongest_share']:.0f} % of what faces it, {of[0]['faces_lit']} seen faces lit"
+        if of[0]["faces_lit"] >= 2:
+            rows.append(row(f"{name}: direction of the strongest light, worst", "<= 6", max(told) if told else "all flagged", "deg",
+                            bool(told) and len(told) == len(of) and max(told) <= 6, f"{real}; {share}"))
+        rows.append(equals(f"{name}: confident and further off than 6 deg", 0, sum(e > 6 for e in told), "frames", f"{real}; {share}"))
+        rows.append(at_most(f"{name}: irradiance over normals within 60 degrees of the camera, RMS", 10,
+                            largest([100 * i["irradiance_rms"] for i in of if "irradiance_rms" in i]), "%", real))
+    lit = [i for i in items if i["group"] != "room" and "deviations2" in i]
+    # 11.83: of two numbers what three deviations are of one.
+    within = 100 * sum(i["deviations2"] < 11.83 for i in lit) / len(lit) if lit else None
+    rows.append(at_least("errors within 3 sigma, all frames with lamps", 95, within, "%", real))
+    sure = [i for i in items if not i["unsure"] and "deviations2" in i]
+    within = 100 * sum(i["deviations2"] < 11.83 for i in sure) / len(sure) if sure else None
+    rows.append(at_least("errors within 3 sigma, all frames that are not flagged, rooms included", 95, within, "%", real))
+    return rows
+
+
+def speed(figures):
+    real = "a path-traced frame of 1280x960, simulated sensor; real AprilTag and Ceres; time of one thread's processor"
+    get = lambda what: figures.get(f"marker_speed.{what}", {}).get("value")
+    rows = [at_least("1280x960 with the marker in view, one thread (the seed: 38.5)", 60, get("fps"), "frames/s",
+                     f"{real}; memcpy {get('memcpy_gb_per_s')} GB/s")]
+    for what in ("detection_and_pose", "sampling", "light"):
+        rows.append(reported(f"1280x960: {what.replace('_', ' ')}, of {get('ms_all')} ms", get(f"ms_{what}"), "ms", real))
+    rows.append(reported("1280x960: first frame, body and lamps looked for everywhere", get("ms_first"), "ms", real))
+    return rows
+
+
 def extremes(items):
     """Every answer to a hard picture is refused, flagged or right; those to pictures that are not hard are right."""
     real = "oracle's pictures, simulated 8-bit sensor; real AprilTag"
@@ -134,8 +197,7 @@ def extremes(items):
 
 def measure(programs, say):
     figures = lines_of([programs / "measure_marker"], say)
-    command = [programs / "measure_marker_extremes"]
-    say(" ".join(str(c.name) for c in command))
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
-    items = [] if done.returncode else [json.loads(line) for line in done.stdout.splitlines()]
-    return grid_of_ours(figures) + grid_of_seed(figures) + extremes(items)
+    times = lines_of([programs / "measure_marker_speed"], say)
+    lights = items_of([programs / "measure_marker_light"], say)
+    hard = items_of([programs / "measure_marker_extremes"], say)
+    return grid_of_ours(figures) + grid_of_seed(figures) + light(lights) + speed(times) + extremes(hard)

@@ -30,7 +30,7 @@ class EstimatorMethod final : public MarkerMethod {
   std::vector<MarkerColumn> columns() const override { return {column_}; }
 
  private:
-  MarkerColumn column_{"lightwell", {}, 0};
+  MarkerColumn column_{"ours", {}, 0};
 };
 
 }  // namespace

@@ -47,7 +47,7 @@ class MarkerMethod {
 ///   seed_each      for every frame the threshold that is best for it, which nobody can know: a lower limit
 [[nodiscard]] Result<std::unique_ptr<MarkerMethod>> make_seed_method(bool srgb);
 
-/// One column, lightwell: flagged where the descriptor says unsure.
+/// One column, ours: flagged where the descriptor says unsure.
 [[nodiscard]] std::unique_ptr<MarkerMethod> make_estimator_method();
 
 }  // namespace lightwell::measure
