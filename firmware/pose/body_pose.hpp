@@ -70,9 +70,10 @@ struct BodyPose {
   FocalCheck focal;
 };
 
-/// `rig` (a RigParameters will do, see PlacedLenses) and `body` have passed validate(). Left out and named in `tags`: a number that the body does not have, a tag
-/// that is on edge, mirrored, outside of what the lens sees, turned away in the answer, or contradicts the majority (one
-/// that is covered in part, or hangs on another body). The same number may be seen several times.
+/// `rig` (a RigParameters will do, see PlacedLenses) and `body` have passed validate(). Left out and named in `tags`: a
+/// number that the body does not have, a tag that is on edge, mirrored, outside of what the lens sees, turned away in the
+/// answer, or contradicts the majority (one that is covered in part, or hangs on another body). The same number may be
+/// seen several times.
 /// not_found: no tag of the body is left, or fewer than least_tags. failed_precondition: tags contradict each other so
 /// that no majority agrees, and no prediction is near one side; corners that determine no pose. invalid_argument: a
 /// number that is NaN, a covariance that is none, a lens that the rig does not have, options that do not validate.

@@ -43,7 +43,7 @@ struct TagDetection {
 /// What becomes of AprilTag's corners.
 enum class CornerWork : std::uint8_t {
   none,      ///< Kept: good to half a pixel, to one where the picture was made smaller.
-  followed,  ///< Edges are followed in the picture: CORNERS_FOLLOWED.
+  followed,  ///< Edges are followed, no light is fitted: to hundredths where they are sharp and straight, 0.04 ms a tag.
   fitted,    ///< The blurred edges are fitted: to hundredths of a pixel, 1 to 3 ms a tag.
 };
 

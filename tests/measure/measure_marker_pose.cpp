@@ -1,11 +1,12 @@
 // How long a body's pose takes and how good it is: a dodecahedron of 10 cm in pictures of 1280x960, one thread. Prints one
-// JSON object a line for tests/figures. Times are of a picture, of the thread's processor: its best of five, then the mean over twelve attitudes.
+// JSON object a line for tests/figures. Times are the thread's on its processor: a picture's best of five, then the mean
+// over twelve attitudes.
 //   marker_pose.tracked.*      a picture in which the body is expected: all of track() and its parts, by width of the body
 //   marker_pose.search.*       a first picture: nothing is expected; .no_body: and nothing is there
 //   marker_pose.pose_only.*    find_body_pose from tags, with a prediction and without
 //   marker_pose.part.D.WORK    the expected part alone, made D times smaller, by what becomes of corners
-// Accuracies, of poses that are not flagged: direction of the body's axes, deg; place, % of the distance; normalized: mean of e' C⁻¹ e / 6; rms of the
-// twelve and largest.
+// Accuracies, of poses that are not flagged: direction of the body's axes, deg; place, % of the distance; rms of the twelve
+// and largest; normalized: mean of e' C⁻¹ e / 6.
 //   measure_marker_pose [--quick]     two attitudes: that it runs
 #include <algorithm>
 #include <cmath>
