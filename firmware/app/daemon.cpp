@@ -49,7 +49,7 @@ Status check_fit(const RigParameters& rig, const CameraInfo& camera) {
   return {};
 }
 
-Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig) {
+Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig, const std::optional<UncertainPose>& mounting) {
   if (!config.marker) {
     PanoramaOptions options;
     options.config = config.estimator;
@@ -64,6 +64,8 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
   MarkerOptions options;
   options.config = config.estimator;
   options.probe_id = identity_of(config.probe_name);
+  // A mounting tells which way is up, and so on which of its faces the body stands.
+  if (mounting) options.sampler.up = rotate(mounting->pose.rotation.inverse(), Vec3d{0, 1, 0});
   Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
   if (!marker) return marker.status();
   log_info("marker: looking for " + body->name);
@@ -99,7 +101,7 @@ Result<Parts> make_parts(const Config& config) {
     if (!mounting) return mounting.status();
     parts.mounting = *mounting;
   }
-  Result<std::unique_ptr<Estimator>> estimator = make_estimator(config, parts.rig);
+  Result<std::unique_ptr<Estimator>> estimator = make_estimator(config, parts.rig, parts.mounting);
   if (!estimator) return estimator.status();
   parts.estimator = std::move(*estimator);
   return parts;
