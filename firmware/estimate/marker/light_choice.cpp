@@ -33,7 +33,7 @@ constexpr int kFollowSteps = 6;
 /// So many times are samples left out and the rest asked again.
 constexpr int kRounds = 2;
 /// The table is one plane of one colour where its samples differ from the model by no more than so many deviations, RMS,
-constexpr double kTableFits = 0.6;
+constexpr double kTableFits = 0.35;
 /// without leaving out more than a few of them,
 constexpr double kTableKept = 0.8;
 /// and it shows a shadow where that explains so much more than none (a difference of chi squares).

@@ -263,13 +263,11 @@ std::vector<int> not_negative(const Layout& layout, int channels) {
   return out;
 }
 
-/// Lamps that light none of the faces: as much stronger than the light from all around as the table shows; their colour is not told.
+/// Lamps that light none of the faces: as much stronger than what the faces get as the table shows; their colour is not told.
 void tell_by_shadow(const Observations& seen, Fit& fit) {
-  const TableObservations& table = *seen.table();
+  // What the table gets from all around is what the faces get, on the whole: which of it comes from weak lamps is not well known.
   double around = 0;
-  for (std::size_t c = 0; c < 3; ++c)
-    around += (fit.model.ambient[0][c] + fit.model.ambient[1][c] * table.normal.x + fit.model.ambient[2][c] * table.normal.y +
-               fit.model.ambient[3][c] * table.normal.z) / 3;
+  for (int c = 0; c < seen.channels(); ++c) around += seen.mean(c) / seen.channels();
   const double albedo = around > 0 && fit.table_ambient > 0 ? fit.table_ambient / around : kTableAlbedo / std::numbers::pi;
   for (std::size_t k = 0; k < fit.model.lamps.size(); ++k) {
     Lamp& lamp = fit.model.lamps[k];
