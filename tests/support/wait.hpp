@@ -15,7 +15,7 @@ namespace lightwell::test {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr std::chrono::milliseconds kPatience{60'000};
 #else
-inline constexpr std::chrono::milliseconds kPatience{10'000};
+inline constexpr std::chrono::milliseconds kPatience{30'000};
 #endif
 
 /// Looks every few milliseconds. EXPECT_TRUE(comes_true("the client is gone", [&] { ... }));

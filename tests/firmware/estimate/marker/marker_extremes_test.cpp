@@ -52,13 +52,19 @@ const ExtremeCase& case_of(const std::string& name) {
   throw std::runtime_error("no case " + name);
 }
 
+// Noise is another in each format, and with it what explains the picture best (a table or none): two answers may be as far apart as both
+// say of themselves, and each is as good as a lamp in view has to be.
 TEST(MarkerFormats, OneSceneHasOneLightWhateverThePixels) {
+  constexpr double kLampInViewDeg = 3;
   const Verdict rgb = ExtremePicture(case_of("plain")).worst(1);
   ASSERT_TRUE(rgb.direction.has_value());
+  EXPECT_LT(rgb.error_deg, kLampInViewDeg);
   for (const PixelFormat format : {PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8, PixelFormat::bayer_rggb12}) {
     const Verdict other = ExtremePicture(case_of("plain, " + std::string(to_string(format)))).worst(1);
     ASSERT_TRUE(other.direction.has_value()) << to_string(format);
-    EXPECT_LT(angle_between(*rgb.direction, *other.direction) * 180 / std::numbers::pi, 1) << to_string(format);
+    EXPECT_LT(other.error_deg, kLampInViewDeg) << to_string(format);
+    EXPECT_LT(angle_between(*rgb.direction, *other.direction) * 180 / std::numbers::pi, 3 * std::hypot(rgb.sigma_deg, other.sigma_deg))
+        << to_string(format);
   }
 }
 
