@@ -14,7 +14,7 @@ from . import image
 from .waits import say
 
 BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
-HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings")
+HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings", "marker_frames")
 
 
 class NotBuilt(Exception):

@@ -288,10 +288,10 @@ class Rig:
     # --- the desktop's firmware, and what judges
 
     @contextmanager
-    def desktop_daemon(self, camera: str) -> Iterator[str]:
-        """lightwelld of this machine with that camera; its URI."""
+    def desktop_daemon(self, camera: str, *words: str | Path) -> Iterator[str]:
+        """lightwelld of this machine with that camera, and what else it is told; its URI."""
         with open(self.folder / "desktop.log", "w+", encoding="utf-8") as said, subprocess.Popen(
-                [self.tools.host / "lightwelld", "--camera", camera, "--listen", "127.0.0.1:0"], stdout=said,
+                [self.tools.host / "lightwelld", "--camera", camera, "--listen", "127.0.0.1:0", *words], stdout=said,
                 stderr=subprocess.STDOUT) as child:
             def address() -> str | None:
                 text = Path(said.name).read_text(encoding="utf-8")
@@ -309,6 +309,11 @@ class Rig:
         """As record(), of a probe of this machine."""
         file.unlink(missing_ok=True)
         _said([self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)], self.folder, "lightwell record")
+
+    def marker_frames(self, folder: Path, pictures: Sequence[str], *, noisy: int, period_s: float) -> None:
+        """Path-traced pictures of a marker as a webcam's frames, for the replay camera: hil/report/marker_frames_main.cpp."""
+        _said([self.tools.host / "marker_frames", folder, "--picture", ",".join(pictures), "--noisy", str(noisy), "--period-s", str(period_s)],
+              self.folder, "marker_frames")
 
     def compare(self, one: Path, other: Path) -> dict[str, float]:
         """What tells the light of two recordings apart: hil/report/compare_main.cpp."""

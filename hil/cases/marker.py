@@ -1,0 +1,74 @@
+"""Light from a marker on the board: pictures that an independent path tracer made, against the desktop and against the lamps."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hil.harness.rig import Rig
+from hil.harness.runner import Broken, Measured
+
+# A lamp behind the marker, which the faces and the shadow on the table tell together.
+PICTURE = "grid_straight_white_back_right"
+BODY = "dodecahedron_100mm_white.textproto"
+_FRAMES = "/var/lib/lightwell/marker"
+_BODY = f"/opt/lightwell/share/lightwell/bodies/{BODY}"
+_SHOWN_S = 30
+
+
+def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
+    """The same pictures at the same pace through the board's firmware and the desktop's, side by side."""
+    frames = rig.folder / "marker"
+    # So slow that the board, whose processor has its floats emulated, takes every frame: body and lamp are followed from one to the next.
+    rig.marker_frames(frames, [PICTURE], noisy=4, period_s=2)
+    rig.board.copy_in(frames, _FRAMES)
+    on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
+    uri = rig.configure(f'uri: "replay:{_FRAMES}?loop=0"', more=f'marker {{ body: "{_BODY}" }}\n')
+    body = rig.tools.root / "firmware/estimate/marker/bodies" / BODY
+    with rig.desktop_daemon(f"replay:{frames}?loop=0", "--estimator", "marker", "--body", body) as desktop:
+        _record_both(rig, (uri, on_board), (desktop, on_desktop))
+        info, lights = rig.info(uri), [json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()]
+    measured.figure("captures that the board dropped, while it looked for the lamp for the first time", info["captures_dropped"], "", "<= 5")
+    measured.figure("pictures in which it did not find the marker", info["estimates_failed"], "", "== 0")
+    told = [light["direction"] for light in lights if "direction" in light]
+    off = _degrees(told[0], _true_lamp(rig)) if told else 180
+    measured.figure("its strongest light, from the lamp that was shown", off, "deg", "<= 3")
+    apart = rig.compare(on_board, on_desktop)
+    measured.figure("descriptors that both made", apart["both"], "", ">= 8")
+    measured.figure("of these, with every number of their light the same", apart["same"])
+    # arm64's compiler fuses products with sums, and both the corners' fit and the lamps' go on until a step is small, not until it is none.
+    measured.figure("irradiance: RMS of the difference by RMS of the light, largest", 100 * apart["irradiance"], "%", "<= 0.1")
+    measured.figure("directions of lights, largest difference", apart["direction_deg"], "deg", "<= 0.1")
+    measured.figure("lights that only one of them found", apart["unmatched"], "", "== 0")
+
+
+def _true_lamp(rig: Rig) -> list[float]:
+    """Where the picture's lamp is, from the marker's centre."""
+    scenes = json.loads((rig.tools.root / "tests/reference/mitsuba/marker/scenes.json").read_text(encoding="utf-8"))
+    return scenes["frames"][PICTURE]["lamps"][0]["direction"]
+
+
+def _degrees(a: Sequence[float], b: Sequence[float]) -> float:
+    return math.degrees(math.acos(max(-1, min(1, sum(x * y for x, y in zip(a, b)) / math.hypot(*a) / math.hypot(*b)))))
+
+
+def _record_both(rig: Rig, *probes: tuple[str, Path]) -> None:
+    failed: list[BaseException] = []
+
+    def record(uri: str, file: Path) -> None:
+        try:
+            rig.record(uri, _SHOWN_S, file)
+        except Exception as error:  # told by the thread that waits
+            failed.append(error)
+
+    threads = [threading.Thread(target=record, args=probe) for probe in probes]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if failed:
+        raise Broken(f"a client of one of the two could not record: {failed[0]}")
