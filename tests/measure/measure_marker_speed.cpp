@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
       if (!reader.bind(shots[static_cast<std::size_t>(k) % shots.size()].frames).ok()) fail("the frame cannot be read");
       const marker::PlacedBody placed(*body, rig.lenses[0], model, (*estimator)->report().body.probe_body.pose);
       (void)sampler.sample(reader, 0, rig.lenses[0].width, rig.lenses[0].height, *body, placed, 1, 3, shading);
-      marker::take_out_table_light(shading);
+      marker::find_table_light(shading);
     }
     best.sampling = std::min(best.sampling, (now_ms() - begin) / kFrames);
   }

@@ -14,6 +14,7 @@
 #include "estimate/marker/light_fit.hpp"
 #include "estimate/marker/light_search.hpp"
 #include "estimate/marker/observations.hpp"
+#include "estimate/marker/table_light.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -281,8 +282,9 @@ bool shadow_shows(const Observations& seen, const Fit& fit, const std::vector<Ve
 }
 
 /// A face without what lies over a part of it: light changes along a face like a plane, and most of its samples agree on one. The plane
-/// through three samples from which the median differs least (Rousseeuw 1984, least median of squares).
-void leave_out_covered(Shading& shading, int& left_out) {
+/// through three samples from which the median differs least (Rousseeuw 1984, least median of squares). How many were left out.
+int leave_out_covered(Shading& shading) {
+  int left_out = 0;
   std::vector<SurfaceSample> kept;
   for (std::size_t begin = 0; begin < shading.samples.size();) {
     std::size_t end = begin;
@@ -332,6 +334,7 @@ void leave_out_covered(Shading& shading, int& left_out) {
     }
   }
   shading.samples = std::move(kept);
+  return left_out;
 }
 
 /// In units in which the mean irradiance is one, and the table's mean radiance too: what a fit compares numbers with has a size.
@@ -348,7 +351,7 @@ struct Scaled {
       return;
     }
     for (SurfaceSample& s : shading.samples)
-      for (std::size_t c = 0; c < 3; ++c) s.irradiance[c] /= irradiance, s.sigma[c] /= irradiance;
+      for (std::size_t c = 0; c < 3; ++c) s.irradiance[c] /= irradiance, s.sigma[c] /= irradiance, s.from_table[c] /= irradiance;
     if (!shading.table) return;
     for (const TableSample& t : shading.table->samples) table += t.radiance / static_cast<double>(shading.table->samples.size());
     if (!(table > 0) || !std::isfinite(table)) {
@@ -395,19 +398,7 @@ bool is_witness(const Shading& shading, const Told& both) {
   return kept >= kTableKept * all && shadow_shows(*both.seen, both.sought.best, both.kept.hull);
 }
 
-ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const ChosenLight* before) {
-  Witness witness = shading.table && !shading.table->samples.empty() ? Witness::faces_and_table : Witness::faces;
-  // Who told before is asked first; where the table was no witness then, it is asked again with the next search.
-  if (before != nullptr && !before->shadow) witness = Witness::faces;
-  Told told = ask(shading, witness, options, before);
-  if (before != nullptr && !told.followed) return choose(shading, options, nullptr);
-  Shading alone;
-  if (witness == Witness::faces_and_table && !told.followed && !is_witness(shading, told)) {
-    alone = shading;
-    alone.table.reset();
-    witness = Witness::faces;
-    told = ask(alone, witness, options, before);
-  }
+ChosenLight conclude(Told told, Witness witness, const ChoiceOptions& options, const ChosenLight* before) {
   ChosenLight out;
   const Fit& best = told.sought.best;
   out.left_out = told.left_out;
@@ -435,7 +426,46 @@ ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const C
     return luminance(a.lamp.irradiance) > luminance(b.lamp.irradiance);
   });
   out.unsure = out.lamps.empty() || out.lamps[0].unsure;
+  out.kept = std::move(told.kept.samples);
   return out;
+}
+
+/// What lies around the body is asked as a table with a shadow; as a table that shows none, but sends its light to the faces; and as
+/// nothing of the kind, such as a room's far walls, which are a part of the light. Who told before is asked first.
+ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const ChosenLight* before) {
+  Shading alone = shading;
+  alone.table.reset();
+  const int covered_alone = leave_out_covered(alone);
+  const auto faces = [&](const Shading& of, int covered) {
+    ChosenLight out = conclude(ask(of, Witness::faces, options, before), Witness::faces, options, before);
+    out.left_out += covered;
+    return out;
+  };
+  if (!shading.table || shading.table->samples.empty()) return faces(alone, covered_alone);
+  Shading with_table = shading;
+  take_out_table_light(with_table);
+  const int covered = leave_out_covered(with_table);
+  Shading lit_by_table = with_table;
+  lit_by_table.table.reset();
+  if (before != nullptr) {
+    const Witness witness = before->shadow ? Witness::faces_and_table : Witness::faces;
+    Told told = ask(before->shadow ? with_table : before->table_light ? lit_by_table : alone, witness, options, before);
+    if (!told.followed) return choose(shading, options, nullptr);
+    ChosenLight out = conclude(std::move(told), witness, options, before);
+    out.left_out += before->table_light ? covered : covered_alone;
+    out.table_light = before->table_light;
+    return out;
+  }
+  Told both = ask(with_table, Witness::faces_and_table, options, nullptr);
+  if (is_witness(shading, both)) {
+    ChosenLight out = conclude(std::move(both), Witness::faces_and_table, options, nullptr);
+    out.left_out += covered;
+    out.table_light = true;
+    return out;
+  }
+  ChosenLight out = faces(lit_by_table, covered);
+  out.table_light = true;
+  return out.unsure ? faces(alone, covered_alone) : out;
 }
 
 }  // namespace
@@ -445,15 +475,14 @@ ChosenLight choose_light(const Shading& shading, const ChoiceOptions& options, c
   ChosenLight out;
   out.unsure = true;
   if (!(scaled.irradiance > 0)) return out;
-  int covered = 0;
-  leave_out_covered(scaled.shading, covered);
   if (before != nullptr && before->lamps.empty()) before = nullptr;
   out = choose(scaled.shading, options, before);
-  out.left_out += covered;
   for (Rgb& coefficient : out.ambient)
     for (double& v : coefficient) v *= scaled.irradiance;
   for (ChosenLamp& lamp : out.lamps)
     for (double& v : lamp.lamp.irradiance) v *= scaled.irradiance;
+  for (SurfaceSample& sample : out.kept)
+    for (std::size_t c = 0; c < 3; ++c) sample.irradiance[c] *= scaled.irradiance, sample.sigma[c] *= scaled.irradiance;
   return out;
 }
 

@@ -37,10 +37,12 @@ struct ChosenLight {
   double chi_square = 0;          ///< Over the degrees of freedom.
   double searched = 0;            ///< The same when lamps were last searched for.
   bool shadow = false;            ///< Whether the table's shadow was a witness.
+  bool table_light = false;       ///< Whether what lies around the body was taken for a table, whose light on the faces is no lamp's.
   bool unsure = false;            ///< Whether several lights would explain what was seen equally well.
   int left_out = 0;               ///< Samples that were something else.
   int used = 0;
   bool followed = false;          ///< Whether the lamps before were led on; else they were searched for everywhere.
+  std::vector<SurfaceSample> kept;  ///< The faces' samples without those that were something else.
 };
 
 /// `before`: what was told of the frame before, where there was one: its lamps are led on while they explain what is seen as well as

@@ -7,6 +7,7 @@
 
 #include <Eigen/QR>
 
+#include "estimate/marker/directions.hpp"
 #include "estimate/marker/shadow.hpp"
 
 namespace lightwell::marker {
@@ -23,15 +24,7 @@ constexpr double kApart = 0.43;                                      // rad: 25 
 
 /// The grid's directions, even over the sphere.
 const std::vector<Vec3d>& grid() {
-  static const std::vector<Vec3d> directions = [] {
-    std::vector<Vec3d> out;
-    const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-    for (int i = 0; i < kDirections; ++i) {
-      const double y = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - y * y);
-      out.push_back({r * std::sin(golden * i), y, r * std::cos(golden * i)});
-    }
-    return out;
-  }();
+  static const std::vector<Vec3d> directions = even_directions(kDirections);
   return directions;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "calibration/lens_table.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/common/row_reader.hpp"
+#include "estimate/marker/most_even_light.hpp"
 #include "estimate/marker/table_light.hpp"
 
 namespace lightwell {
@@ -30,6 +32,9 @@ constexpr double kHidden = 0.25;
 constexpr double kAnywhere = 1;
 /// Paper that is white: what saturated patches are taken for in a lower bound.
 constexpr double kWhite = 0.8;
+
+/// Of light that only faces tell of, whose cosine hides what is finer.
+constexpr int kEvenBand = 4;
 
 float rounded(double v) { return static_cast<float>(v); }
 
@@ -69,6 +74,7 @@ class Marker final : public MarkerEstimator {
   void doubt_hidden();
   void add_attitude();
   void tell(Descriptor& out);
+  void tell_around(Descriptor& out);
   void judge(Descriptor& out) const;
 
   RigParameters rig_;
@@ -109,7 +115,7 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   const LensParameters& parameters = rig_.lenses[lens];
   const marker::PlacedBody placed(body_, parameters, models_[lens], report_.body.probe_body.pose);
   report_.counts = sampler_.sample(reader_, *seen, parameters.width, parameters.height, body_, placed, scale_.factor, 3, shading_);
-  marker::take_out_table_light(shading_);
+  marker::find_table_light(shading_);
   // A camera of one colour, or light of one: channels that are alike in every sample need no fit of their own.
   const auto grey = [](const marker::SurfaceSample& s) {
     const auto [least, most] = std::minmax({s.irradiance[0], s.irradiance[1], s.irradiance[2]});
@@ -192,21 +198,13 @@ void Marker::tell(Descriptor& out) {
     for (double& v : light.ambient[0]) v = std::numbers::pi * counts.brightest / kWhite;
   }
 
-  out.radiance = {};
-  out.radiance.band = 1;
-  out.radiance_step = 0;
-  // ambient[1..3] are x, y, z; band 1 is in the order y, z, x.
-  constexpr std::array<std::size_t, 4> kOrder = {0, 2, 3, 1};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const double factor = i == 0 ? 1 / (std::numbers::pi * kY0) : 1.5 / (std::numbers::pi * kY1);
-    const marker::Rgb& from = light.ambient[kOrder[i]];
-    out.radiance.c[i] = {rounded(from[0] * factor), rounded(from[1] * factor), rounded(from[2] * factor)};
-  }
+  tell_around(out);
   out.lights.clear();
   for (const marker::ChosenLamp& lamp : light.lamps) {
     Light one;
     one.direction = vec_cast<float>(lamp.lamp.direction);
     const marker::Rgb& e = lamp.lamp.irradiance;
+    if (!(e[0] + e[1] + e[2] > 0)) continue;
     one.irradiance = {rounded(e[0]), rounded(e[1]), rounded(e[2])};
     one.direction_covariance = {rounded(lamp.direction_covariance[0]), rounded(lamp.direction_covariance[1]),
                                 rounded(lamp.direction_covariance[2])};
@@ -217,6 +215,34 @@ void Marker::tell(Descriptor& out) {
   if (body_.ball) faces = 1;
   out.coverage = rounded(body_.ball ? 0.5 : std::min(1.0, static_cast<double>(counts.faces) / std::max(1, faces)));
   out.saturated = rounded(counts.patches > 0 ? static_cast<double>(counts.clipped) / counts.patches : 0);
+}
+
+/// What comes from all around, and what is left to lamps of which nobody is sure.
+void Marker::tell_around(Descriptor& out) {
+  marker::ChosenLight& light = report_.light;
+  out.radiance = {};
+  out.radiance_step = 0;
+  if (light.unsure) {
+    // Lamps that explain the faces may be anywhere, and light what lies between the faces in as many ways.
+    std::vector<Vec3d> toward;
+    for (const marker::ChosenLamp& lamp : light.lamps) toward.push_back(lamp.lamp.direction);
+    const auto even = marker::most_even_light(light.kept, options_.choice.errors, toward, std::min(options_.config.band, kEvenBand));
+    if (even) {
+      out.radiance = even->radiance;
+      for (std::size_t k = 0; k < light.lamps.size(); ++k) light.lamps[k].lamp.irradiance = even->lamps[k];
+      const auto sum = [](const marker::ChosenLamp& lamp) { return lamp.lamp.irradiance[0] + lamp.lamp.irradiance[1] + lamp.lamp.irradiance[2]; };
+      std::ranges::stable_sort(light.lamps, std::ranges::greater{}, sum);
+      return;
+    }
+  }
+  out.radiance.band = 1;
+  // ambient[1..3] are x, y, z; band 1 is in the order y, z, x.
+  constexpr std::array<std::size_t, 4> kOrder = {0, 2, 3, 1};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double factor = i == 0 ? 1 / (std::numbers::pi * kY0) : 1.5 / (std::numbers::pi * kY1);
+    const marker::Rgb& from = light.ambient[kOrder[i]];
+    out.radiance.c[i] = {rounded(from[0] * factor), rounded(from[1] * factor), rounded(from[2] * factor)};
+  }
 }
 
 void Marker::judge(Descriptor& out) const {

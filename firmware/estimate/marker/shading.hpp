@@ -22,6 +22,7 @@ struct SurfaceSample {
   Rgb irradiance;  ///< pi * radiance / albedo.
   Rgb sigma;       ///< Standard deviation of what is this sample's alone: noise of the sensor, texture of the paper.
   int surface = 0;  ///< Samples of one surface share an error too: of its attitude, its paper, light from its neighbours.
+  Rgb from_table{};  ///< What of the irradiance comes from the table, if what is seen around the body is one.
 };
 
 struct TableSample {

@@ -60,13 +60,13 @@ std::vector<Part> whole_table(const Table& table) {
 
 }  // namespace
 
-void take_out_table_light(Shading& shading) {
+void find_table_light(Shading& shading) {
   if (!shading.table || shading.table->samples.empty()) return;
   const Table& table = *shading.table;
   const std::vector<Part> parts = whole_table(table);
   const double area = table.step_m * table.step_m;
   for (SurfaceSample& s : shading.samples) {
-    Rgb from_table{};
+    s.from_table = {};
     for (const Part& part : parts) {
       const Vec3d way = part.position - s.position;
       const double squared = dot(way, way);
@@ -74,12 +74,18 @@ void take_out_table_light(Shading& shading) {
       if (!(leaves > 0) || !(meets > 0)) continue;
       // Between two small parts; close by, a part is a disc of its area rather than a point.
       const double factor = leaves * meets / (squared * (squared + area / std::numbers::pi)) * area;
-      for (std::size_t c = 0; c < 3; ++c) from_table[c] += part.radiance[c] * factor;
+      for (std::size_t c = 0; c < 3; ++c) s.from_table[c] += part.radiance[c] * factor;
     }
+  }
+}
+
+void take_out_table_light(Shading& shading) {
+  for (SurfaceSample& s : shading.samples) {
     for (std::size_t c = 0; c < 3; ++c) {
-      s.irradiance[c] = std::max(0.0, s.irradiance[c] - from_table[c]);
-      s.sigma[c] = std::hypot(s.sigma[c], kUnsure * from_table[c]);
+      s.irradiance[c] = std::max(0.0, s.irradiance[c] - s.from_table[c]);
+      s.sigma[c] = std::hypot(s.sigma[c], kUnsure * s.from_table[c]);
     }
+    s.from_table = {};
   }
 }
 

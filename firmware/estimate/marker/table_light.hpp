@@ -5,9 +5,12 @@
 
 namespace lightwell::marker {
 
-/// Takes from each sample of the faces the irradiance that comes from the table's samples, a small part of the plane each. Radiance of the
-/// samples of both is in the same units. Where the body or the picture's edge hides the table, what is seen of it at the same distance from the body
-/// stands in. What is taken is not quite sure: a fifth of it goes into the sample's deviation.
+/// Tells each sample of the faces the irradiance that comes from the table's samples, a small part of the plane each. Radiance of the samples of both is
+/// in the same units. Where the body or the picture's edge hides the table, what is seen of it at the same distance from the body stands in.
+void find_table_light(Shading& shading);
+
+/// Takes what was found out of the faces' irradiance: for who takes what lies around the body for a table. It is not quite sure: a fifth of it goes
+/// into the samples' deviation.
 void take_out_table_light(Shading& shading);
 
 }  // namespace lightwell::marker
