@@ -199,6 +199,29 @@ void MarkerSampler::sample_table(Shading& out) {
   }
 }
 
+void MarkerSampler::choose_faces(const MarkerBody& body) {
+  faces_.clear();
+  for (std::size_t f = 0; f < body.faces.size(); ++f) {
+    const MarkerFace& face = body.faces[f];
+    const double facing = dot(normalized(placed_->lens() - placed_->point_of(face, {0, 0})), placed_->normal_of(face));
+    if (facing >= options_.flattest) faces_.push_back({f, facing});
+  }
+  const auto most = options_.most_faces > 0 ? static_cast<std::size_t>(options_.most_faces) : faces_.size();
+  std::stable_sort(faces_.begin(), faces_.end(), [](const SeenFace& a, const SeenFace& b) { return a.facing > b.facing; });
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < faces_.size() && kept < most; ++k) {
+    const MarkerFace& face = body.faces[faces_[k].number];
+    if (look_for_ring(*reader_, row_, lens_, width_, height_, body, face, *placed_) == Ring::missing) {
+      counts_.patches += static_cast<int>(face.patches.size());
+      counts_.covered += static_cast<int>(face.patches.size());
+      continue;
+    }
+    faces_[kept++] = faces_[k];
+  }
+  faces_.resize(kept);
+  std::sort(faces_.begin(), faces_.end(), [](const SeenFace& a, const SeenFace& b) { return a.number < b.number; });
+}
+
 SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
                                    const PlacedBody& placed, double scale, int channels, Shading& out) {
   reader_ = &reader;
@@ -210,23 +233,17 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   out.samples.clear();
   out.channels = channels;
   out.hull = placed.hull();
-  for (std::size_t f = 0; f < body.faces.size(); ++f) {
-    const MarkerFace& face = body.faces[f];
+  choose_faces(body);
+  for (const SeenFace& seen : faces_) {
+    const MarkerFace& face = body.faces[seen.number];
     const Vec3d normal = placed.normal_of(face);
-    const Vec3d view = normalized(placed.lens() - placed.point_of(face, {0, 0}));
-    if (dot(view, normal) < options_.flattest) continue;
-    if (look_for_ring(reader, row_, lens, width, height, body, face, placed) == Ring::missing) {
-      counts_.patches += static_cast<int>(face.patches.size());
-      counts_.covered += static_cast<int>(face.patches.size());
-      continue;
-    }
     const std::size_t before = out.samples.size();
     for (const MarkerPatch& patch : face.patches) {
       patch_.corners.clear();
       for (const FacePoint& p : patch.outline) patch_.corners.push_back(placed.point_of(face, p));
       patch_.normal = normal;
       patch_.albedo = patch.albedo;
-      patch_.surface = static_cast<int>(f);
+      patch_.surface = static_cast<int>(seen.number);
       sample_patch(patch_, out);
     }
     counts_.faces += out.samples.size() > before ? 1 : 0;

@@ -2,7 +2,9 @@
 //   sample_marker     mean radiance over the inside of every patch, and of the table around
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include <lightwell/marker_body.hpp>
 
@@ -18,6 +20,9 @@ struct SamplerOptions {
   double margin_px = 1.5;
   /// Faces seen flatter than this are not looked at: cosine of the angle to their normal.
   double flattest = 0.17;
+  /// Only so many faces are sampled, those that face the lens most; 0: all that it sees. The table is sampled either way.
+  /// Fewer take less time, and tell less: light that falls along one face alone has no direction of its own.
+  int most_faces = 0;
   /// Pixels that a patch must have left.
   int fewest_pixels = 12;
   /// What stands over a patch in part (a shadow's edge, another object) makes it uneven: left out from this share of its mean on.
@@ -29,7 +34,7 @@ struct SamplerOptions {
 
 /// What sampling found besides.
 struct SampleCounts {
-  int patches = 0;  ///< On faces that the lens sees.
+  int patches = 0;  ///< On faces that the lens sees and that were asked for.
   int clipped = 0;  ///< Left out for saturated pixels.
   int uneven = 0;   ///< Left out because something lies over a part of them.
   int small = 0;    ///< Left out because too few pixels are inside.
@@ -57,6 +62,12 @@ class MarkerSampler {
     Rgb albedo;
     int surface = 0;
   };
+  struct SeenFace {
+    std::size_t number = 0;
+    double facing = 0;  // cosine of the angle between its normal and the way to the lens
+  };
+  /// Fills faces_, in the body's order. Faces whose tag is not where it should be are counted as covered; the next takes their place.
+  void choose_faces(const MarkerBody& body);
   void sample_patch(const Patch& patch, Shading& out);
   void sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out);
   void sample_table(Shading& out);
@@ -66,6 +77,7 @@ class MarkerSampler {
   estimate::ReadingCounts reading_;
   ConvexOutline outline_;
   Patch patch_;
+  std::vector<SeenFace> faces_;
   // Of the frame at hand.
   estimate::RowReader* reader_ = nullptr;
   const PlacedBody* placed_ = nullptr;

@@ -1,0 +1,167 @@
+// Which faces of a body are sampled: a dodecahedron in a picture that is painted by its planes, white but for the tags' rings.
+#include "estimate/marker/sampler.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "calibration/lens_table.hpp"
+
+namespace lightwell::marker {
+namespace {
+
+
+constexpr int kWidth = 400, kHeight = 300;
+constexpr double kDegree = std::numbers::pi / 180, kCell = 0.003;
+
+RigParameters pinhole() {
+  LensParameters lens;
+  lens.width = kWidth;
+  lens.height = kHeight;
+  MeiParameters model;
+  model.fx = model.fy = 700;
+  model.cx = (kWidth - 1) / 2.0;
+  model.cy = (kHeight - 1) / 2.0;
+  lens.model = model;
+  lens.max_angle_rad = 1.2;
+  lens.pose_cv = {upright_lens_cv(), {}};
+  RigParameters rig;
+  rig.lenses = {lens};
+  return rig;
+}
+
+/// A dodecahedron, 45 cm away and seen from above; turned so that no two faces face the lens alike.
+class Stage {
+ public:
+  Stage()
+      : rig_(pinhole()),
+        table_(*make_rig_table(rig_)),
+        model_(rig_.lenses[0]),
+        body_(*load_marker_body(LIGHTWELL_MARKER_BODIES "/dodecahedron_100mm_white.textproto")),
+        pose_{Quat::about({1, 0, 0}, 27 * kDegree) * Quat::about({0, 1, 0}, 10 * kDegree), {0.01, 0, -0.45}},
+        placed_(body_, rig_.lenses[0], model_, pose_) {}
+
+  /// The faces that the lens sees at more than 10 degrees, those that face it most first.
+  [[nodiscard]] std::vector<int> faces_seen() const {
+    std::vector<std::pair<double, int>> seen;
+    for (std::size_t f = 0; f < body_.faces.size(); ++f) {
+      const Pose face = compose(pose_, body_.faces[f].body_face);
+      const double facing = -dot(normalized(face.translation), rotate(face.rotation, Vec3d{0, 0, 1}));
+      if (facing > 0.17) seen.emplace_back(-facing, static_cast<int>(f));
+    }
+    std::sort(seen.begin(), seen.end());
+    std::vector<int> out;
+    for (const auto& [facing, f] : seen) out.push_back(f);
+    return out;
+  }
+
+  struct Sampled {
+    Shading shading;
+    SampleCounts counts;
+    [[nodiscard]] std::set<int> faces() const {
+      std::set<int> out;
+      for (const SurfaceSample& s : shading.samples) out.insert(s.surface);
+      return out;
+    }
+  };
+  /// The rings of `covered` are not to be seen: something white is before these faces.
+  [[nodiscard]] Sampled sample(int most_faces, const std::set<int>& covered = {}) const {
+    const std::vector<float> pixels = picture(covered);
+    Frame frame;
+    frame.info.exposure_s = 1;
+    frame.add_view({0, PixelFormat::rgb_f32, kWidth, kHeight, packed_stride(PixelFormat::rgb_f32, kWidth), std::as_bytes(std::span(pixels))});
+    estimate::RowReader reader(rig_, table_);
+    EXPECT_TRUE(reader.bind(std::span(&frame, 1)).ok());
+    SamplerOptions options;
+    options.most_faces = most_faces;
+    Sampled out;
+    out.counts = MarkerSampler(kWidth, options).sample(reader, 0, kWidth, kHeight, body_, placed_, 1, 3, out.shading);
+    return out;
+  }
+
+ private:
+  [[nodiscard]] std::vector<float> picture(const std::set<int>& covered) const {
+    std::vector<float> out(static_cast<std::size_t>(3 * kWidth * kHeight), 1);
+    const Pose body_probe = inverse(pose_);
+    const Vec3d from = body_probe.translation;
+    for (std::size_t i = 0; i < table_.lenses[0].direction.size(); ++i) {
+      const Vec3d ray = rotate(body_probe.rotation, vec_cast<double>(table_.lenses[0].direction[i]));
+      // Where a ray meets the last of the planes that face it, it meets the solid, if at all.
+      double at = 0;
+      std::size_t hit = 0;
+      for (std::size_t f = 0; f < body_.faces.size(); ++f) {
+        const Vec3d normal = rotate(body_.faces[f].body_face.rotation, Vec3d{0, 0, 1});
+        if (dot(ray, normal) >= 0) continue;
+        const double t = dot(body_.faces[f].body_face.translation - from, normal) / dot(ray, normal);
+        if (t > at) at = t, hit = f;
+      }
+      const Vec3d p = transformed(inverse(body_.faces[hit].body_face), from + ray * at);
+      const double off = std::max(std::abs(p.x), std::abs(p.y)) / kCell;
+      if (off > 3 && off < 4 && !covered.contains(static_cast<int>(hit)))
+        for (std::size_t c = 0; c < 3; ++c) out[3 * i + c] = 0.05F;
+    }
+    return out;
+  }
+
+  RigParameters rig_;
+  RigTable table_;
+  CameraModel model_;
+  MarkerBody body_;
+  Pose pose_;
+  PlacedBody placed_;
+};
+
+std::set<int> first(const std::vector<int>& faces, std::size_t count) {
+  return {faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+TEST(MarkerSampler, TakesTheFacesThatFaceTheLensMost) {
+  const Stage stage;
+  const std::vector<int> seen = stage.faces_seen();
+  ASSERT_GE(seen.size(), 4U);
+  for (std::size_t most = 1; most <= seen.size(); ++most) {
+    const Stage::Sampled sampled = stage.sample(static_cast<int>(most));
+    EXPECT_EQ(sampled.faces(), first(seen, most)) << most;
+    EXPECT_EQ(sampled.counts.faces, static_cast<int>(most));
+  }
+}
+
+TEST(MarkerSampler, WithoutALimitTakesAllThatTheLensSeesInTheBodysOrder) {
+  const Stage stage;
+  const std::vector<int> seen = stage.faces_seen();
+  const Stage::Sampled all = stage.sample(0), twelve = stage.sample(12);
+  EXPECT_EQ(all.faces(), first(seen, seen.size()));
+  EXPECT_TRUE(std::is_sorted(all.shading.samples.begin(), all.shading.samples.end(),
+                             [](const SurfaceSample& a, const SurfaceSample& b) { return a.surface < b.surface; }));
+  ASSERT_EQ(all.shading.samples.size(), twelve.shading.samples.size());
+  for (std::size_t i = 0; i < all.shading.samples.size(); ++i) {
+    EXPECT_EQ(all.shading.samples[i].surface, twelve.shading.samples[i].surface) << i;
+    EXPECT_EQ(all.shading.samples[i].irradiance, twelve.shading.samples[i].irradiance) << i;
+  }
+}
+
+TEST(MarkerSampler, LooksAtTheTableWhateverTheFaces) {
+  const Stage stage;
+  const Stage::Sampled all = stage.sample(0), one = stage.sample(1);
+  ASSERT_TRUE(all.shading.table && one.shading.table);
+  ASSERT_GT(all.shading.table->samples.size(), 30U);
+  ASSERT_EQ(all.shading.table->samples.size(), one.shading.table->samples.size());
+  for (std::size_t i = 0; i < all.shading.table->samples.size(); ++i)
+    EXPECT_EQ(all.shading.table->samples[i].radiance, one.shading.table->samples[i].radiance) << i;
+}
+
+TEST(MarkerSampler, OfAFaceThatSomethingCoversTheNextTakesThePlace) {
+  const Stage stage;
+  const std::vector<int> seen = stage.faces_seen();
+  const Stage::Sampled sampled = stage.sample(2, {seen[0]});
+  EXPECT_EQ(sampled.faces(), (std::set<int>{seen[1], seen[2]}));
+  EXPECT_GT(sampled.counts.covered, 0);
+}
+
+}  // namespace
+}  // namespace lightwell::marker
