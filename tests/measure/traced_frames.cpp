@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -159,6 +160,7 @@ Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
     frame.lamps.push_back(lamp_of(lamp));
     of.take_lack_of(lamp);
   }
+  frame.ambient_radiance = of.numbers<3>("ambient_radiance_rgb");
   if (of.find("panorama") != nullptr) read_room(of, frame);
   if (!of.lacking.empty()) return Status(StatusCode::data_loss, "scenes.json: " + name + " lacks " + of.lacking);
   if (const Status ok = frame.rig.validate(); !ok.ok()) return Status(ok.code(), "scenes.json: " + name + ": " + ok.message());
@@ -244,6 +246,15 @@ Result<std::vector<TracedFrame>> load_traced_frames(const std::string& folder) {
   }
   // Of protobuf's map, which has no order of its own.
   std::sort(out.begin(), out.end(), [](const TracedFrame& a, const TracedFrame& b) { return a.name < b.name; });
+  return out;
+}
+
+std::array<double, 3> true_irradiance(const TracedFrame& frame, Vec3d normal) {
+  std::array<double, 3> out{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    out[c] = std::numbers::pi * frame.ambient_radiance[c];
+    for (const TracedLamp& lamp : frame.lamps) out[c] += lamp.irradiance[c] * std::max(0.0, dot(lamp.direction, normal));
+  }
   return out;
 }
 

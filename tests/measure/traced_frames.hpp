@@ -1,6 +1,7 @@
 // The path-traced pictures of a marker body (tests/reference/mitsuba/marker), with what is true of them, and the noisy 8-bit
 // frames that a camera makes of them. Judges nothing and estimates nothing.
 //   load_traced_frames    scenes.json: what stands where
+//   true_irradiance       what the lamps and the light around give, in closed form
 //   TracedPicture         one picture's radiance, and frames of it
 #pragma once
 
@@ -37,6 +38,7 @@ struct TracedFrame {
   Pose probe_body;    ///< T_probe_body.
   bool board = false;
   std::vector<TracedLamp> lamps;  ///< In a room: its strongest light alone, whose distance_m is 0.
+  std::array<double, 3> ambient_radiance{};  ///< Of the light that comes alike from everywhere besides the lamps; 0 in a room.
   /// Of a room: irradiance at normals within 60 degrees of the camera, and what share of what a surface that faces the strongest light gets comes
   /// from that light.
   std::vector<Vec3d> normals;
@@ -46,6 +48,10 @@ struct TracedFrame {
 
 /// Of scenes.json in `folder`. not_found; data_loss names the frame and the field.
 [[nodiscard]] Result<std::vector<TracedFrame>> load_traced_frames(const std::string& folder);
+
+/// Of a frame that is no room, at the body's centre and a unit normal (probe frame), as if nothing but the lamps and the even light around were
+/// there: each lamp's irradiance times the cosine, where it is above the horizon, and pi times the ambient radiance.
+[[nodiscard]] std::array<double, 3> true_irradiance(const TracedFrame& frame, Vec3d normal);
 
 /// What a camera of 8 bits does to light.
 struct TracedSensor {

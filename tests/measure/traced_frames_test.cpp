@@ -1,5 +1,6 @@
 #include "measure/traced_frames.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -19,10 +20,11 @@ constexpr const char* kScenes = R"({"frames": {
     "camera": {"width": 120, "height": 90, "fx_px": 100.0, "fy_px": 100.0, "cx_px": 59.5, "cy_px": 44.5},
     "T_probe_body": {"q_xyzw": [0, 0, 0, 1], "t_m": [0, 0, -1]},
     "lamps": [{"direction": [0, 0.6, 0.8], "position_m": [0, 0.6, -0.2], "distance_m": 1, "azimuth_deg": 45.0,
-               "irradiance_rgb": [3, 2, 1], "seen_faces_lit": [0]}], "board": null},
+               "irradiance_rgb": [3, 2, 1], "seen_faces_lit": [0]}],
+    "ambient_radiance_rgb": [0.1, 0.2, 0.3], "board": null},
   "a_frame": {"file": "a.exr", "group": "air", "body": "grey", "turn_about_y_deg": 0,
     "camera": {"width": 120, "height": 90, "fx_px": 100, "fy_px": 100, "cx_px": 59.5, "cy_px": 44.5},
-    "T_probe_body": {"q_xyzw": [0, 0, 0, 1], "t_m": [0, 0, -1]}, "lamps": [],
+    "T_probe_body": {"q_xyzw": [0, 0, 0, 1], "t_m": [0, 0, -1]}, "lamps": [], "ambient_radiance_rgb": [0, 0, 0],
     "board": {"size_m": [1, 1]}}}})";
 
 MarkerPatch square(double x, double y, double half, double albedo) {
@@ -87,6 +89,20 @@ TEST(TracedFrames, AreReadInTheOrderOfTheirNames) {
   ASSERT_TRUE(pixel);
   EXPECT_NEAR(pixel->x, 69.5, 1e-9);
   EXPECT_NEAR(pixel->y, 24.5, 1e-9);
+}
+
+TEST(TracedFrames, IrradianceIsOfTheLampsAboveTheHorizonAndOfTheLightAround) {
+  const test::TempDir folder;
+  folder.write("scenes.json", kScenes);
+  const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);
+  constexpr std::array<double, 3> kLamp = {3, 2, 1}, kAround = {0.1, 0.2, 0.3};
+  EXPECT_EQ(frame.ambient_radiance, kAround);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double around = std::numbers::pi * kAround[c];
+    EXPECT_NEAR(true_irradiance(frame, {0, 0.6, 0.8})[c], kLamp[c] + around, 1e-12) << "straight below the lamp";
+    EXPECT_NEAR(true_irradiance(frame, {0, 0, 1})[c], 0.8 * kLamp[c] + around, 1e-12) << "a cosine of 0.8";
+    EXPECT_NEAR(true_irradiance(frame, {0, -1, 0})[c], around, 1e-12) << "turned away";
+  }
 }
 
 TEST(TracedFrames, WhatIsMissingIsNamed) {

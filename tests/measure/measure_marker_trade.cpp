@@ -1,0 +1,280 @@
+// What the marker estimator's knobs cost and give: one JSON object a line for every case, read by tests/figures and by lightwell-eval --marker:
+//   what, knob          the case, and what it varies: setting (the default), decimation (of the picture where the body is followed), search (of the
+//                       picture where it is looked for), faces (most that are sampled), order (most lamps; without the table)
+//   width, height       of the pictures
+//   ms, ms_first        milliseconds of a frame whose body was found in the frame before too, the best of some runs, and of the first frame, where body
+//                       and lamps are looked for everywhere: medians over pictures; time of the thread's processor
+//   memcpy_ratio        ms by what memcpy of a frame takes
+//   rms, worst_rms      error of the irradiance over normals within 60 degrees of the camera, relative RMS: median and worst frame
+//   direction_deg       of the strongest true lamp's direction from the nearest of as many answered ones as there are lamps, strongest first: median
+//   worst_direction_deg the same, the worst of answers that are not flagged
+//   flagged, unanswered share of all frames: the answer says that it is not sure; there is none
+// A case that answers some frames has medians of these alone; what no frame tells is null.
+// Pictures are path-traced, frames noisy 8-bit sRGB, as a camera at rest sees them: one that is searched, then some that are followed. Errors are of
+// all of them.
+// Usage: --help.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lightwell/query.hpp>
+
+#include "app/tag_body_finder.hpp"
+#include "bench/memcpy_speed.hpp"
+#include "estimate/marker/marker_estimator.hpp"
+#include "measure/traced_frames.hpp"
+
+namespace {
+
+using namespace lightwell;
+
+constexpr const char* kUsage =
+    "usage: measure_marker_trade [--followed N] [--runs N] [--group NAME] [--frames FOLDER] [--bodies FOLDER]\n"
+    "What decimation, faces and lamps cost and give in light from a marker, one JSON object a line.\n"
+    "  --followed N      noisy frames of each picture after the first one [4]\n"
+    "  --runs N          of each followed frame's times the best of so many [5]\n"
+    "  --group NAME      grid, two or near [all three]\n"
+    "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr int kNormals = 2048;
+constexpr std::int64_t kFrameNs = 33'333'333;
+
+[[noreturn]] void fail(const std::string& what) {
+  std::fprintf(stderr, "measure_marker_trade: %s\n", what.c_str());
+  std::exit(1);
+}
+
+/// Of this thread's processor: what others do on the machine does not count.
+double now_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+struct Case {
+  std::string what, knob;
+  BodyTrackerOptions tracker;
+  MarkerOptions marker;
+};
+
+std::string short_number(double v) {
+  std::array<char, 32> out{};
+  std::snprintf(out.data(), out.size(), "%g", v);
+  return out.data();
+}
+
+/// Each knob at its values, the default's own among them: what differs between equal cases is the clock.
+std::vector<Case> all_cases() {
+  std::vector<Case> out;
+  const auto add = [&](const std::string& what, const std::string& knob) -> Case& {
+    out.push_back({what, knob, {}, {}});
+    return out.back();
+  };
+  add("default", "setting");
+  for (const double by : {1.0, 1.5, 2.0, 3.0, 4.0}) add("followed / " + short_number(by), "decimation").tracker.decimate = by;
+  for (const double by : {1.0, 1.5, 2.0, 3.0}) add("searched / " + short_number(by), "search").tracker.search_decimate = by;
+  for (const int faces : {1, 2, 3, 4, 0})
+    add(faces == 0 ? "all faces" : faces == 1 ? "1 face" : std::to_string(faces) + " faces", "faces").marker.sampler.most_faces = faces;
+  for (const int lamps : {0, 1, 2, 3})
+    add(lamps == 1 ? "1 lamp" : std::to_string(lamps) + " lamps", "order").marker.config.max_lights = lamps;
+  // Where nothing is up, the body stands on nothing.
+  add("no table", "order").marker.sampler.up = {};
+  return out;
+}
+
+/// What one case came to so far.
+struct Tally {
+  std::vector<double> ms, ms_first, rms, direction_deg;
+  double worst_sure_deg = -1;
+  int frames = 0, flagged = 0, unanswered = 0;
+};
+
+/// Golden spiral (Fibonacci lattice); those within 60 degrees of the way to the camera.
+std::vector<Vec3d> normals_towards(Vec3d camera) {
+  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::vector<Vec3d> out;
+  for (int i = 0; i < kNormals; ++i) {
+    const double y = 1 - (2 * i + 1.0) / kNormals, r = std::sqrt(1 - y * y);
+    const Vec3d n{r * std::sin(golden * i), y, r * std::cos(golden * i)};
+    if (dot(n, camera) > 0.5) out.push_back(n);
+  }
+  return out;
+}
+
+double irradiance_error(const measure::TracedFrame& frame, const Descriptor& answer) {
+  double squares = 0, truth = 0;
+  for (const Vec3d& n : normals_towards(normalized(-frame.probe_body.translation))) {
+    const Irradiance e = irradiance_at(answer, vec_cast<float>(n));
+    const std::array<double, 3> told = {e.r, e.g, e.b}, is = measure::true_irradiance(frame, n);
+    for (std::size_t c = 0; c < 3; ++c) squares += std::pow(told[c] - is[c], 2), truth += is[c] * is[c];
+  }
+  return std::sqrt(squares / truth);
+}
+
+/// Of two lamps the weaker may be answered first.
+std::optional<double> direction_error_deg(const measure::TracedFrame& frame, const std::vector<marker::ChosenLamp>& lamps) {
+  std::optional<double> out;
+  for (std::size_t k = 0; k < std::min(lamps.size(), frame.lamps.size()); ++k) {
+    const double deg = angle_between(lamps[k].lamp.direction, frame.lamps[0].direction) / kDegree;
+    if (!out || deg < *out) out = deg;
+  }
+  return out;
+}
+
+void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& answer, const MarkerReport& report, Tally& tally) {
+  ++tally.frames;
+  if (!answered) {
+    ++tally.unanswered;
+    return;
+  }
+  const bool unsure = answer.flags.has(Flag::unsure);
+  tally.flagged += unsure ? 1 : 0;
+  tally.rms.push_back(irradiance_error(frame, answer));
+  const std::optional<double> deg = direction_error_deg(frame, report.light.lamps);
+  if (!deg) return;
+  tally.direction_deg.push_back(*deg);
+  if (!unsure) tally.worst_sure_deg = std::max(tally.worst_sure_deg, *deg);
+}
+
+/// One case on one picture: a camera at rest looks at the body, the first frame is searched, the others are followed.
+class Stream {
+ public:
+  Stream(const Case& of, const MarkerBody& body, const RigParameters& rig) : what_(of.what) {
+    Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, body, of.tracker);
+    if (!finder) fail(what_ + ": " + finder.status().message());
+    auto estimator = make_marker_estimator(rig, body, std::move(*finder), of.marker);
+    if (!estimator) fail(what_ + ": " + estimator.status().message());
+    estimator_ = std::move(*estimator);
+  }
+
+  /// All frames, or all but the first where they come again. `tally` learns what is answered.
+  void look(const measure::TracedFrame& frame, std::vector<measure::Shot>& shots, Tally* tally) {
+    best_ms_.resize(shots.size(), std::numeric_limits<double>::infinity());
+    for (std::size_t k = frames_ == 0 ? 0 : 1; k < shots.size(); ++k) {
+      shots[k].frames.front().info.mid_exposure = ProbeTime{++frames_ * kFrameNs};
+      Descriptor out;
+      const double begin = now_ms();
+      const Status s = estimator_->estimate(shots[k].frames, out);
+      const double spent = now_ms() - begin;
+      if (!s.ok() && s.code() != StatusCode::not_found) fail(what_ + ", " + frame.name + ": " + s.message());
+      // Of the others, only what was expected where it is: a body that was lost is looked for in all of the picture.
+      if (k == 0 || (s.ok() && answered_)) best_ms_[k] = std::min(best_ms_[k], spent);
+      answered_ = s.ok();
+      if (tally != nullptr) judge(frame, s.ok(), out, estimator_->report(), *tally);
+    }
+  }
+
+  void add_times(Tally& tally) const {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t k = 1; k < best_ms_.size(); ++k)
+      if (std::isfinite(best_ms_[k])) sum += best_ms_[k], ++count;
+    if (count > 0) tally.ms.push_back(sum / count);
+    tally.ms_first.push_back(best_ms_[0]);
+  }
+
+ private:
+  std::string what_;
+  std::unique_ptr<MarkerEstimator> estimator_;
+  std::vector<double> best_ms_;
+  std::int64_t frames_ = 0;
+  bool answered_ = false;  ///< The frame before.
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
+
+std::string number(double v) {
+  std::array<char, 32> out{};
+  std::snprintf(out.data(), out.size(), "%.4g", v);
+  return std::isfinite(v) ? out.data() : "null";
+}
+
+void print(const Case& of, const Tally& tally, int width, int height, double memcpy_ms) {
+  const double ms = median(tally.ms), worst = tally.rms.empty() ? std::nan("") : *std::max_element(tally.rms.begin(), tally.rms.end());
+  std::printf("{\"what\": \"%s\", \"knob\": \"%s\", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, \"memcpy_ratio\": %s, ",
+              of.what.c_str(), of.knob.c_str(), width, height, number(ms).c_str(), number(median(tally.ms_first)).c_str(),
+              number(ms / memcpy_ms).c_str());
+  std::printf("\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, \"flagged\": %s, \"unanswered\": %s}\n",
+              number(median(tally.rms)).c_str(), number(worst).c_str(), number(median(tally.direction_deg)).c_str(),
+              number(tally.worst_sure_deg < 0 ? std::nan("") : tally.worst_sure_deg).c_str(),
+              number(static_cast<double>(tally.flagged) / tally.frames).c_str(),
+              number(static_cast<double>(tally.unanswered) / tally.frames).c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES, group;
+  int followed = 4, runs = 5;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--help") return std::printf("%s", kUsage), 0;
+    if (i + 1 < argc && word == "--followed") {
+      followed = std::atoi(argv[++i]);
+    } else if (i + 1 < argc && word == "--runs") {
+      runs = std::atoi(argv[++i]);
+    } else if (i + 1 < argc && word == "--group") {
+      group = argv[++i];
+    } else if (i + 1 < argc && word == "--frames") {
+      frames_folder = argv[++i];
+    } else if (i + 1 < argc && word == "--bodies") {
+      bodies_folder = argv[++i];
+    } else {
+      return std::fprintf(stderr, "%s", kUsage), 2;
+    }
+  }
+  if (followed < 1 || runs < 1) return std::fprintf(stderr, "%s", kUsage), 2;
+  const auto frames = measure::load_traced_frames(frames_folder);
+  if (!frames) fail(frames.status().message());
+  std::map<std::string, MarkerBody> bodies;
+  for (const char* variant : {"white", "grey"}) {
+    auto body = load_marker_body(bodies_folder + "/dodecahedron_100mm_" + variant + ".textproto");
+    if (!body) fail(body.status().message());
+    bodies.emplace(variant, std::move(*body));
+  }
+  const std::vector<Case> cases = all_cases();
+  std::vector<Tally> tallies(cases.size());
+  int width = 0, height = 0;
+  std::uint64_t number = 0;
+  for (const measure::TracedFrame& frame : *frames) {
+    const bool swept = frame.group == "grid" || frame.group == "two" || frame.group == "near";
+    if (!swept || (!group.empty() && frame.group != group)) continue;
+    const LensParameters& lens = frame.rig.lenses.front();
+    if (width == 0) width = lens.width, height = lens.height;
+    if (lens.width != width || lens.height != height) fail(frame.name + " has another size than the pictures before");
+    const MarkerBody& body = bodies.at(frame.body);
+    const auto picture = measure::TracedPicture::load(frames_folder, frame, body);
+    if (!picture) fail(picture.status().message());
+    measure::TracedSensor sensor;
+    sensor.srgb = true;
+    const RigParameters rig = picture->rig_for(sensor);
+    std::vector<measure::Shot> shots;
+    for (int k = 0; k <= followed; ++k) shots.push_back(picture->expose(sensor, number++));
+    std::vector<Stream> streams;
+    for (const Case& one : cases) streams.emplace_back(one, body, rig);
+    // All cases in turn: a machine that is slow for a while is so for all of them.
+    for (int run = 0; run < runs; ++run)
+      for (std::size_t i = 0; i < cases.size(); ++i) streams[i].look(frame, shots, run == 0 ? &tallies[i] : nullptr);
+    for (std::size_t i = 0; i < cases.size(); ++i) streams[i].add_times(tallies[i]);
+  }
+  if (width == 0) fail("no frames of that group");
+  const double memcpy_ms = 1e3 * bench::memcpy_speed(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)).seconds_per_copy;
+  for (std::size_t i = 0; i < cases.size(); ++i) print(cases[i], tallies[i], width, height, memcpy_ms);
+  return 0;
+}
