@@ -1,13 +1,14 @@
-// The rows as a picture: error over time, and error over bytes, every point named, the fronts drawn through.
+// The rows as a picture: error over time, and error over bytes, every point named, the fronts drawn through; below, a marker's.
 #pragma once
 
 #include <span>
 
 #include "tools/lightwell_eval/drawing.hpp"
+#include "tools/lightwell_eval/marker_rows.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
 namespace lightwell::eval {
 
-[[nodiscard]] Chart pareto_chart(std::span<const Row> rows, const Run& run);
+[[nodiscard]] Chart pareto_chart(std::span<const Row> rows, const Run& run, std::span<const MarkerRow> marker = {});
 
 }  // namespace lightwell::eval

@@ -7,7 +7,7 @@
 namespace lightwell::eval {
 namespace {
 
-constexpr double kClearTime = 0.95, kClearInstructions = 0.98, kClearBytes = 0.98, kClearError = 0.98;
+constexpr double kClearInstructions = 0.98, kClearBytes = 0.98;
 
 bool clearly_less(double a, double b, double clear) { return a < clear * b; }
 

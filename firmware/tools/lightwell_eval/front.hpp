@@ -37,6 +37,9 @@ struct Row {
 /// Fills what is derived from the scenes. `memcpy_seconds` is of the row's bracket.
 void summarise(Row& row, double memcpy_seconds);
 
+/// Of two numbers the smaller is clearly less below this share of the other: time, by which the same program differs from run to run, and errors.
+inline constexpr double kClearTime = 0.95, kClearError = 0.98;
+
 /// Marks the rows that none of their rivals beats. One beats another that has no more of time, bytes, median error and
 /// median bound, and clearly less of one of them. Differences below 5 % of time, by which the same program differs from run
 /// to run, or 2 % of the others do not count, nor does time where as many instructions were counted.

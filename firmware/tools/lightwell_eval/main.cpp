@@ -92,14 +92,18 @@ int main(int argc, char** argv) {
       "  lightwell-eval --pareto --quick               three of them, two passes; a minute\n"
       "  lightwell-eval --pareto --scenes all          with the eighteen of cmake/fetch_panoramas --all\n"
       "  lightwell-eval --pareto --scenes city,my.exr  by name, or a file (OpenEXR or Radiance, twice as wide as high)\n"
+      "  lightwell-eval --pareto --marker FILE         with the marker's trade beside the panorama's; FILE is what\n"
+      "                                                tests/measure's measure_marker_trade printed\n"
       "The table goes to stdout, progress to stderr, the picture to OUT/pareto.svg and OUT/pareto.png.\n"
       "Times mean something on a quiet machine and in the preset bench.\n"
       "Exit status: 0 measured, 1 an input or output failed, 2 wrong usage.");
   bool pareto = false, json = false, quick = false;
-  std::string scenes, out = "out";
+  std::string scenes, marker_file, out = "out";
   app.add_flag("--pareto", pareto, "Sweep blocks, cameras, bands, lights, epsilon, maps, exposures and the named settings");
   app.add_option("--scenes", scenes, "all, eight, or names and files with commas between [eight; --quick: city,interior,night]");
   app.add_option("--out", out, "Folder for the pictures; made where it is not there [out]");
+  app.add_option("--marker", marker_file,
+                 "Rows of measure_marker_trade, a JSON object a line: light from a marker as one more panel and table");
   app.add_flag("--json", json, "JSON with every scene's figures on stdout instead of the table");
   app.add_flag("--quick", quick, "Fewer scenes and passes: to look, not to quote");
   try {
@@ -113,6 +117,10 @@ int main(int argc, char** argv) {
   }
   const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes : quick ? "city,interior,night" : "eight");
   if (!paths) return fail(paths.status());
+  Result<std::vector<MarkerRow>> marker = std::vector<MarkerRow>();
+  if (!marker_file.empty()) marker = read_marker_rows(marker_file);
+  if (!marker) return fail(marker.status());
+  mark_front(*marker);
   std::error_code error;
   std::filesystem::create_directories(out, error);  // Before minutes of measuring, not after them.
   if (error) return fail({StatusCode::not_found, "cannot make the folder " + out + ": " + error.message() + "; see --out"});
@@ -121,8 +129,12 @@ int main(int argc, char** argv) {
   run.quick = quick;
   const Result<std::vector<Row>> rows = measure(*paths, quick, run);
   if (!rows) return fail(rows.status());
-  std::cout << (json ? json_of(*rows, run) : table_of(*rows, run)) << std::flush;
-  const Chart chart = pareto_chart(*rows, run);
+  if (json)
+    std::cout << json_of(*rows, run, *marker);
+  else
+    std::cout << table_of(*rows, run) << (marker->empty() ? "" : "\n") << marker_table_of(*marker);
+  std::cout << std::flush;
+  const Chart chart = pareto_chart(*rows, run, *marker);
   if (Status s = write_svg(chart, out + "/pareto.svg"); !s.ok()) return fail(s);
   if (Status s = write_png(chart, out + "/pareto.png"); !s.ok()) return fail(s);
   std::cerr << "lightwell-eval: drew " << out << "/pareto.svg and " << out << "/pareto.png\n";

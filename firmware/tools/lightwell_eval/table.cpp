@@ -1,32 +1,20 @@
 #include "tools/lightwell_eval/table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
+
+#include <lightwell/json.hpp>
+
+#include "tools/lightwell_eval/formatting.hpp"
 
 namespace lightwell::eval {
 namespace {
-
-[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
-  std::array<char, 256> out{};
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(out.data(), out.size(), format, arguments);
-  va_end(arguments);
-  return out.data();
-}
-
-std::string percent(double share) { return text(share < 0.1 ? "%.2f" : share < 1 ? "%.1f" : "%.0f", 100 * share); }
 
 std::string camera_of(const Case& c) {
   return text("%dx%d%s", c.width, c.height, c.sensor == Sensor::ideal ? "" : c.exposures == 1 ? " 8 bit" : " 8 bit x3");
 }
 
-using Line = std::vector<std::string>;
-
-Line line_of(const Row& r) {
+TableLine line_of(const Row& r) {
   return {r.setup.label,
           camera_of(r.setup),
           text("%.2f", r.ms),
@@ -41,9 +29,6 @@ Line line_of(const Row& r) {
           r.on_front ? "yes" : ""};
 }
 
-std::string number(double v) { return std::isfinite(v) ? text("%.6g", v) : "null"; }
-std::string number(const std::optional<double>& v) { return v ? number(*v) : "null"; }
-
 std::string json_of(const Outcome& o) {
   return text("{\"ms\": %s, \"instructions_per_pixel\": %s, \"bytes\": %.0f, \"rms\": %s, \"largest\": %s, ",
               number(1e3 * o.seconds).c_str(), number(o.instructions_per_pixel).c_str(), o.bytes, number(o.rms).c_str(),
@@ -52,8 +37,6 @@ std::string json_of(const Outcome& o) {
               number(o.balls[0]).c_str(), number(o.balls[1]).c_str(), number(o.balls[2]).c_str(), number(o.bound).c_str(),
               o.map ? "true" : "false");
 }
-
-std::string quoted(const std::string& s) { return text("\"%s\"", s.c_str()); }
 
 std::string config_of(const Case& c) {
   return text("\"setting\": \"%s\", \"block_edge\": %d, \"band\": %d, \"max_lights\": %d, \"epsilon\": %g, "
@@ -65,30 +48,10 @@ std::string config_of(const Case& c) {
 }  // namespace
 
 std::string table_of(std::span<const Row> rows, const Run& run) {
-  std::vector<Line> lines = {{"what", "camera, a pair of", "ms", "x memcpy", "instr/px", "bytes", "RMS %", "largest %",
-                              "light deg", "balls %", "bound %", "front"}};
+  std::vector<TableLine> lines = {{"what", "camera, a pair of", "ms", "x memcpy", "instr/px", "bytes", "RMS %", "largest %",
+                                   "light deg", "balls %", "bound %", "front"}};
   for (const Row& row : rows) lines.push_back(line_of(row));
-  std::vector<std::size_t> widths(lines.front().size());
-  for (const Line& line : lines)
-    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
-  std::string out;
-  for (std::size_t n = 0; n < lines.size(); ++n) {
-    for (std::size_t k = 0; k < widths.size(); ++k) {
-      const std::string space(widths[k] - lines[n][k].size(), ' ');
-      const bool left = k < 2 || k + 1 == widths.size();
-      out += "| ";
-      out += left ? lines[n][k] + space : space + lines[n][k];
-      out += " ";
-    }
-    out += "|\n";
-    if (n > 0) continue;
-    for (std::size_t k = 0; k < widths.size(); ++k) {
-      out += "| ";
-      out.append(widths[k] - 1, '-');
-      out += k < 2 || k + 1 == widths.size() ? "- " : ": ";
-    }
-    out += "|\n";
-  }
+  std::string out = markdown_table(lines, 2);
   std::string scenes;
   for (const std::string& s : run.scenes) scenes += (scenes.empty() ? "" : ", ") + s;
   out += text("\n%zu scenes: ", run.scenes.size()) + scenes + ".\n" +
@@ -113,14 +76,14 @@ std::string table_of(std::span<const Row> rows, const Run& run) {
   return out;
 }
 
-std::string json_of(std::span<const Row> rows, const Run& run) {
+std::string json_of(std::span<const Row> rows, const Run& run, std::span<const MarkerRow> marker) {
   std::string out = "{\"scenes\": [";
-  for (std::size_t i = 0; i < run.scenes.size(); ++i) out += (i > 0 ? ", " : "") + quoted(run.scenes[i]);
+  for (std::size_t i = 0; i < run.scenes.size(); ++i) out += (i > 0 ? ", " : "") + json_string(run.scenes[i]);
   out += text("], \"memcpy_gb_per_s\": %s, \"rows\": [", number(run.memcpy_gb_per_s).c_str());
   for (std::size_t n = 0; n < rows.size(); ++n) {
     const Row& r = rows[n];
-    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + quoted(r.setup.label) + ", \"knob\": " +
-           quoted(std::string(to_string(r.setup.knob))) + text(", \"width\": %d, \"height\": %d, \"sensor\": \"%s\", ",
+    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.setup.label) + ", \"knob\": " +
+           json_string(std::string(to_string(r.setup.knob))) + text(", \"width\": %d, \"height\": %d, \"sensor\": \"%s\", ",
            r.setup.width, r.setup.height, r.setup.sensor == Sensor::ideal ? "ideal" : "rgb8") + config_of(r.setup) +
            text(", \"ms\": %s, \"memcpy_ratio\": %s, \"bytes\": %s, \"rms\": %s, \"on_front\": %s",
                 number(r.ms).c_str(), number(r.memcpy_ratio).c_str(), number(r.bytes).c_str(), number(r.rms).c_str(),
@@ -128,7 +91,9 @@ std::string json_of(std::span<const Row> rows, const Run& run) {
     for (std::size_t k = 0; k < r.scenes.size(); ++k) out += (k > 0 ? ", " : "") + json_of(r.scenes[k]);
     out += "]}";
   }
-  return out + "\n]}\n";
+  out += "\n]";
+  if (!marker.empty()) out += ",\n\"marker\": " + marker_json_of(marker);
+  return out + "}\n";
 }
 
 }  // namespace lightwell::eval
