@@ -8,7 +8,7 @@ import subprocess
 
 from figure_topics.rows import at_least, at_most, equals, known, reported, row
 
-TARGETS = ["measure_marker", "measure_marker_extremes", "measure_marker_light", "measure_marker_speed"]
+TARGETS = ["measure_marker", "measure_marker_extremes", "measure_marker_light", "measure_marker_speed", "measure_marker_trade"]
 
 ENCODINGS = {"srgb": "sRGB", "linear": "linear"}
 PLACES = {"front": "in front", "front_right": "front right", "right": "right", "back_right": "back right", "behind": "behind"}
@@ -26,6 +26,9 @@ VIEWS = ("white.straight", "white.turned", "grey.straight", "grey.turned")
 SEEDS = {"seed_letter": "its perspective matrix to the letter, best fixed threshold",
          "seed_half": "threshold of 0.5",
          "seed_each": "the best threshold for each single frame"}
+
+# As firmware/tools/lightwell_eval/front.hpp: what counts as clearly less.
+CLEAR_TIME, CLEAR_ERROR = 0.95, 0.98
 
 REAL = "Mitsuba's pictures, simulated 8-bit sensor, {encoding}; real AprilTag"
 
@@ -195,9 +198,37 @@ def extremes(items):
     return rows
 
 
+def beats(a, b):
+    """Whether case a has no more of time and error than b, and clearly less of one of them."""
+    if not known(a["ms"]) or not known(a["rms"]):
+        return False
+    clearly_less = lambda x, y: x["ms"] < CLEAR_TIME * y["ms"] or x["rms"] < CLEAR_ERROR * y["rms"]
+    return clearly_less(a, b) and not clearly_less(b, a)
+
+
+def trade(cases):
+    """What the knobs cost and give, and whether the default is a point of the front that they draw."""
+    real = REAL.format(encoding="sRGB") + "; 640x480, grid, two lamps and near ones; time of one thread's processor"
+    shown = lambda value, form: form.format(value) if known(value) else "none"
+    rows = []
+    for case in cases:
+        told = (f"irradiance RMS {shown(case['rms'] and 100 * case['rms'], '{:.2f} %')}, "
+                f"direction {shown(case['direction_deg'], '{:.2f} deg')} (medians); "
+                f"{100 * case['flagged']:.0f} % flagged, {100 * case['unanswered']:.0f} % unanswered")
+        rows.append(reported(f"trade, {case['what']}: ms of a followed frame", case["ms"], "ms", f"{real}; {told}"))
+    default = next((case for case in cases if case["knob"] == "setting"), None)
+    name = "trade: the default is on the measured front of time and irradiance RMS"
+    if default is None or not known(default["ms"]) or not known(default["rms"]):
+        return rows + [row(name, "yes", "not measured", "", False, real)]
+    by = [f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, {100 * (case['rms'] / default['rms'] - 1):+.0f} % of RMS)"
+          for case in cases if beats(case, default)]
+    return rows + [row(name, "yes", "beaten by " + ", ".join(by) if by else "yes", "", not by, real)]
+
+
 def measure(programs, say):
     figures = lines_of([programs / "measure_marker"], say)
     times = lines_of([programs / "measure_marker_speed"], say)
     lights = items_of([programs / "measure_marker_light"], say)
     hard = items_of([programs / "measure_marker_extremes"], say)
-    return grid_of_ours(figures) + grid_of_seed(figures) + light(lights) + speed(times) + extremes(hard)
+    cases = items_of([programs / "measure_marker_trade"], say)
+    return grid_of_ours(figures) + grid_of_seed(figures) + light(lights) + speed(times) + extremes(hard) + trade(cases)
