@@ -1,17 +1,17 @@
 // What the marker estimator's knobs cost and give: one JSON object a line for every case, read by tests/figures and by lightwell-eval --marker:
-//   what, knob          the case, and what it varies: setting (the default), decimation (of the picture where the body is followed), search (of the
-//                       picture where it is looked for), faces (most that are sampled), order (most lamps; without the table)
+//   what, knob          the case, and what it varies: setting (the default), decimation (of the picture where the body is followed), search
+//                       (of the picture where it is looked for), faces (most that are sampled), order (most lamps; without the table)
 //   width, height       of the pictures
-//   ms, ms_first        milliseconds of a frame whose body was found in the frame before too, the best of some runs, and of the first frame, where body
-//                       and lamps are looked for everywhere: medians over pictures; time of the thread's processor
+//   ms, ms_first        milliseconds of a frame whose body was found in the frame before too, the best of some runs, and of the first frame,
+//                       where body and lamps are looked for everywhere: medians over pictures; time of the thread's processor
 //   memcpy_ratio        ms by what memcpy of a frame takes
 //   rms, worst_rms      error of the irradiance over normals within 60 degrees of the camera, relative RMS: median and worst frame
-//   direction_deg       of the strongest true lamp's direction from the nearest of as many answered ones as there are lamps, strongest first: median
+//   direction_deg       of the strongest true lamp's direction from the nearest of the strongest answered ones, as many as there are: median
 //   worst_direction_deg the same, the worst of answers that are not flagged
 //   flagged, unanswered share of all frames: the answer says that it is not sure; there is none
 // A case that answers some frames has medians of these alone; what no frame tells is null.
-// Pictures are path-traced, frames noisy 8-bit sRGB, as a camera at rest sees them: one that is searched, then some that are followed. Errors are of
-// all of them.
+// Pictures are path-traced, frames noisy 8-bit sRGB, as a camera at rest sees them: one that is searched, then some that are followed.
+// Errors are of all of them.
 // Usage: --help.
 #include <algorithm>
 #include <array>
@@ -41,11 +41,13 @@ namespace {
 using namespace lightwell;
 
 constexpr const char* kUsage =
-    "usage: measure_marker_trade [--followed N] [--runs N] [--group NAME] [--frames FOLDER] [--bodies FOLDER]\n"
+    "usage: measure_marker_trade [--followed N] [--runs N] [--group NAME] [--case WHAT] [--verbose] [--frames FOLDER] [--bodies FOLDER]\n"
     "What decimation, faces and lamps cost and give in light from a marker, one JSON object a line.\n"
     "  --followed N      noisy frames of each picture after the first one [4]\n"
     "  --runs N          of each followed frame's times the best of so many [5]\n"
     "  --group NAME      grid, two or near [all three]\n"
+    "  --case WHAT       one case [all]\n"
+    "  --verbose         errors of every frame, on standard error\n"
     "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -100,6 +102,7 @@ struct Tally {
   std::vector<double> ms, ms_first, rms, direction_deg;
   double worst_sure_deg = -1;
   int frames = 0, flagged = 0, unanswered = 0;
+  bool verbose = false;
 };
 
 /// Golden spiral (Fibonacci lattice); those within 60 degrees of the way to the camera.
@@ -144,6 +147,9 @@ void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& a
   tally.flagged += unsure ? 1 : 0;
   tally.rms.push_back(irradiance_error(frame, answer));
   const std::optional<double> deg = direction_error_deg(frame, report.light.lamps);
+  if (tally.verbose)
+    std::fprintf(stderr, "%s: RMS %.4f, direction %.2f deg, lamps %zu, faces %d, %s%s\n", frame.name.c_str(), tally.rms.back(), deg.value_or(-1),
+                 report.light.lamps.size(), report.counts.faces, report.light.shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
   if (!deg) return;
   tally.direction_deg.push_back(*deg);
   if (!unsure) tally.worst_sure_deg = std::max(tally.worst_sure_deg, *deg);
@@ -220,12 +226,17 @@ void print(const Case& of, const Tally& tally, int width, int height, double mem
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES, group;
+  std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES, group, only;
   int followed = 4, runs = 5;
+  bool verbose = false;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--help") return std::printf("%s", kUsage), 0;
-    if (i + 1 < argc && word == "--followed") {
+    if (word == "--verbose") {
+      verbose = true;
+    } else if (i + 1 < argc && word == "--case") {
+      only = argv[++i];
+    } else if (i + 1 < argc && word == "--followed") {
       followed = std::atoi(argv[++i]);
     } else if (i + 1 < argc && word == "--runs") {
       runs = std::atoi(argv[++i]);
@@ -248,8 +259,11 @@ int main(int argc, char** argv) {
     if (!body) fail(body.status().message());
     bodies.emplace(variant, std::move(*body));
   }
-  const std::vector<Case> cases = all_cases();
+  std::vector<Case> cases = all_cases();
+  if (!only.empty()) std::erase_if(cases, [&](const Case& c) { return c.what != only; });
+  if (cases.empty()) fail("no case '" + only + "'");
   std::vector<Tally> tallies(cases.size());
+  for (Tally& tally : tallies) tally.verbose = verbose;
   int width = 0, height = 0;
   std::uint64_t number = 0;
   for (const measure::TracedFrame& frame : *frames) {

@@ -1,5 +1,6 @@
 #include "tools/lightwell_eval/chart.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <functional>
@@ -76,9 +77,12 @@ void draw_marker(std::span<const MarkerRow> rows, Chart& chart) {
     points.push_back({row.what, *row.ms, 100 * *row.rms, ink_of(row.knob), 0, true, named, named, row.on_front, true});
   }
   if (points.empty()) return;
+  // Of cases that came to the same, the default's mark is to be seen.
+  std::stable_partition(points.begin(), points.end(), [](const PanelPoint& p) { return !p.named; });
   std::array<char, 120> title{};
   std::snprintf(title.data(), title.size(), "Light from a marker, one picture of %dx%d, 8 bits", rows.front().width, rows.front().height);
-  Panel panel{title.data(), "a followed frame, from the camera's bytes to the descriptor, ms", "error of the irradiance, RMS %, median of the frames", 620, {}};
+  Panel panel{title.data(), "a followed frame, from the camera's bytes to the descriptor, ms",
+              "error of the irradiance, RMS %, median of the frames", 620, {}};
   for (const auto& [knob, text] : std::initializer_list<std::pair<MarkerKnob, const char*>>{
            {MarkerKnob::setting, "default"}, {MarkerKnob::decimation, "decimation, followed"}, {MarkerKnob::search, "decimation, searched"},
            {MarkerKnob::faces, "most faces"}, {MarkerKnob::order, "most lamps; the table"}})

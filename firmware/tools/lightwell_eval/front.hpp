@@ -37,7 +37,7 @@ struct Row {
 /// Fills what is derived from the scenes. `memcpy_seconds` is of the row's bracket.
 void summarise(Row& row, double memcpy_seconds);
 
-/// Of two numbers the smaller is clearly less below this share of the other: time, by which the same program differs from run to run, and errors.
+/// A number is clearly less than another below this share of it: times, which differ from run to run of the same program, and errors.
 inline constexpr double kClearTime = 0.95, kClearError = 0.98;
 
 /// Marks the rows that none of their rivals beats. One beats another that has no more of time, bytes, median error and

@@ -228,16 +228,19 @@ void mark_front(std::span<MarkerRow> rows) {
 
 std::string marker_table_of(std::span<const MarkerRow> rows) {
   if (rows.empty()) return "";
-  std::vector<TableLine> lines = {{"light from a marker", "ms", "first ms", "x memcpy", "RMS %", "light deg", "flagged %", "unanswered %", "front"}};
+  std::vector<TableLine> lines = {
+      {"light from a marker", "ms", "first ms", "x memcpy", "RMS %", "light deg", "flagged %", "unanswered %", "front"}};
   for (const MarkerRow& r : rows)
     lines.push_back({r.what, or_none(r.ms, 2), or_none(r.ms_first, 1), or_none(r.memcpy_ratio, 1),
                      percent_or_none(r.rms) + " / " + percent_or_none(r.worst_rms),
                      or_none(r.direction_deg, 2) + " / " + or_none(r.worst_direction_deg, 2), text("%.0f", 100 * r.flagged),
                      text("%.0f", 100 * r.unanswered), r.on_front ? "yes" : ""});
   std::string out = markdown_table(lines, 1);
-  out += text("\nOne picture of %dx%d, 8 bits, of a body that is followed; first: it is looked for everywhere. ", rows[0].width, rows[0].height) +
-         "One thread, from the camera's bytes to the descriptor;\nbeside memcpy of the same bytes. RMS: error of the irradiance over normals within 60 degrees of "
-         "the camera, median / worst frame. light: the strongest\nlamp's direction, median / worst of the answers that are not flagged. Front: time and median RMS.\n";
+  out += text("\nOne picture of %dx%d, 8 bits. ms: a frame whose body was there in the frame before; first: it is looked for everywhere.\n",
+              rows[0].width, rows[0].height) +
+         "Of one thread, from the camera's bytes to the descriptor; beside memcpy of the same bytes. RMS: error of the irradiance over\n"
+         "normals within 60 degrees of the camera, median / worst frame. light: the strongest lamp's direction, median / worst of the\n"
+         "answers that are not flagged. Front: time and median RMS.\n";
   for (const MarkerRow& b : rows) {
     if (b.knob != MarkerKnob::setting) continue;
     std::string by;
