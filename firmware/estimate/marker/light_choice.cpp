@@ -417,6 +417,7 @@ ChosenLight conclude(Told told, Witness witness, const ChoiceOptions& options, c
       covariance += (extent(best, k, told.chooser->search()) + unexplained(best.model)) * Eigen::Matrix2d::Identity();
     const double worst = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()[1]);
     lamp.unsure = !(worst <= options.unsure_rad);
+    if (lamp.unsure) lamp.direction_covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1)};
     const double sigma = std::sqrt(best.covariance[k](2, 2));
     lamp.near = best.distances[k] == Distance::free && lamp.lamp.inverse_distance > 2 * sigma;
     lamp.inverse_distance_sigma = best.distances[k] == Distance::free ? sigma : std::numeric_limits<double>::infinity();

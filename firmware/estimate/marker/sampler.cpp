@@ -19,6 +19,8 @@ constexpr double kTableReach = 3.4;
 constexpr int kTablePoints = 4;
 /// Share of a patch's pixels that may be saturated.
 constexpr double kClipped = 0.01;
+/// No paper is quite matte where it is seen flatly: deviation of what it tells of light, share, times the cosine.
+constexpr double kSheen = 0.003;
 
 double luminance(double r, double g, double b) { return 0.2126 * r + 0.7152 * g + 0.0722 * b; }
 
@@ -111,11 +113,12 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.position = middle;
   sample.normal = patch.normal;
   sample.surface = patch.surface;
+  const double sheen = kSheen / std::max(options_.flattest, dot(normalized(placed_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * uneven + bias / plane.n;
   for (std::size_t c = 0; c < 3; ++c) {
     const double factor = std::numbers::pi / patch.albedo[c] * scale_;
     sample.irradiance[c] = std::max(0.0, sum[c] / plane.n * factor);
-    sample.sigma[c] = spread * factor;
+    sample.sigma[c] = spread * factor + sheen * sample.irradiance[c];
   }
   out.samples.push_back(sample);
 }

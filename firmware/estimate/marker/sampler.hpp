@@ -19,7 +19,7 @@ struct SamplerOptions {
   /// Pixels next to a patch's edge that are left to its neighbour: blur, and what the pose may be off.
   double margin_px = 1.5;
   /// Faces seen flatter than this are not looked at: cosine of the angle to their normal.
-  double flattest = 0.17;
+  double flattest = 0.12;
   /// Only so many faces are sampled, those that face the lens most; 0: all that it sees. The table is sampled either way.
   /// Fewer take less time, and tell less: light that falls along one face alone has no direction of its own.
   int most_faces = 0;
