@@ -28,7 +28,7 @@ SEEDS = {"seed_letter": "its perspective matrix to the letter, best fixed thresh
          "seed_each": "the best threshold for each single frame"}
 
 # As firmware/tools/lightwell_eval/front.hpp: what counts as clearly less.
-CLEAR_TIME, CLEAR_ERROR = 0.95, 0.98
+CLEAR_TIME, CLEAR_ERROR, CLEAR_SHARE = 0.95, 0.98, 0.01
 
 REAL = "Mitsuba's pictures, simulated 8-bit sensor, {encoding}; real AprilTag"
 
@@ -198,11 +198,16 @@ def extremes(items):
     return rows
 
 
+def unsure(case):
+    return case["flagged"] + case["unanswered"]
+
+
 def beats(a, b):
-    """Whether case a has no more of time and error than b, and clearly less of one of them."""
-    if not known(a["ms"]) or not known(a["rms"]):
+    """Whether case a has no more of time, error and frames without a sure answer than b, and clearly less of one of them."""
+    if not all(known(x[key]) for x in (a, b) for key in ("ms", "rms", "worst_rms")):
         return False
-    clearly_less = lambda x, y: x["ms"] < CLEAR_TIME * y["ms"] or x["rms"] < CLEAR_ERROR * y["rms"]
+    clearly_less = lambda x, y: (x["ms"] < CLEAR_TIME * y["ms"] or x["rms"] < CLEAR_ERROR * y["rms"]
+                                 or x["worst_rms"] < CLEAR_ERROR * y["worst_rms"] or unsure(x) < unsure(y) - CLEAR_SHARE)
     return clearly_less(a, b) and not clearly_less(b, a)
 
 
@@ -217,7 +222,7 @@ def trade(cases):
                 f"{100 * case['flagged']:.0f} % flagged, {100 * case['unanswered']:.0f} % unanswered")
         rows.append(reported(f"trade, {case['what']}: ms of a followed frame", case["ms"], "ms", f"{real}; {told}"))
     default = next((case for case in cases if case["knob"] == "setting"), None)
-    name = "trade: the default is on the measured front of time and irradiance RMS"
+    name = "trade: the default is on the measured front of time, irradiance RMS (median, worst) and frames that are not sure"
     if default is None or not known(default["ms"]) or not known(default["rms"]):
         return rows + [row(name, "yes", "not measured", "", False, real)]
     by = [f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, {100 * (case['rms'] / default['rms'] - 1):+.0f} % of RMS)"

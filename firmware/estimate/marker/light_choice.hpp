@@ -27,8 +27,6 @@ struct ChosenLamp {
   bool near = false;                             ///< Whether the distance shows.
   bool unsure = false;                           ///< Whether the direction does not.
   bool free = false;                             ///< Whether its distance was looked for.
-  /// What of direction_covariance is not the fit's own: other places and models. Looked for where lights are searched, kept while they are followed.
-  std::array<double, 3> widening{};
 };
 
 struct ChosenLight {
