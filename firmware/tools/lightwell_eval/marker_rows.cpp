@@ -19,6 +19,9 @@ namespace {
 
 constexpr std::array kKnobs = {MarkerKnob::setting, MarkerKnob::decimation, MarkerKnob::search, MarkerKnob::faces, MarkerKnob::order};
 
+/// Of all frames: what is clearly less.
+constexpr double kClearShare = 0.01;
+
 /// null, a number or a text.
 using Value = std::variant<std::monostate, double, std::string>;
 
@@ -177,9 +180,11 @@ MarkerRow row_of(Reader& from) {
 bool beats(const MarkerRow& a, const MarkerRow& b) {
   if (!a.ms || !a.rms) return false;
   if (!b.ms || !b.rms) return true;
-  const bool better = *a.ms < kClearTime * *b.ms || *a.rms < kClearError * *b.rms;
-  const bool worse = *b.ms < kClearTime * *a.ms || *b.rms < kClearError * *a.rms;
-  return better && !worse;
+  const auto clearly_better = [](const MarkerRow& x, const MarkerRow& y) {
+    return *x.ms < kClearTime * *y.ms || *x.rms < kClearError * *y.rms || x.worst_rms.value_or(0) < kClearError * y.worst_rms.value_or(0) ||
+           x.flagged + x.unanswered < y.flagged + y.unanswered - kClearShare;
+  };
+  return clearly_better(a, b) && !clearly_better(b, a);
 }
 
 std::string or_none(const std::optional<double>& v, int decimals) { return v ? text("%.*f", decimals, *v) : "-"; }
@@ -240,7 +245,7 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
               rows[0].width, rows[0].height) +
          "Of one thread, from the camera's bytes to the descriptor; beside memcpy of the same bytes. RMS: error of the irradiance over\n"
          "normals within 60 degrees of the camera, median / worst frame. light: the strongest lamp's direction, median / worst of the\n"
-         "answers that are not flagged. Front: time and median RMS.\n";
+         "answers that are not flagged. Front: time, RMS (median, worst) and frames that are not surely answered.\n";
   for (const MarkerRow& b : rows) {
     if (b.knob != MarkerKnob::setting) continue;
     std::string by;

@@ -31,7 +31,7 @@ struct MarkerRow {
   std::optional<double> rms, worst_rms;                  ///< Of the irradiance, relative, over normals within 60 degrees of the camera.
   std::optional<double> direction_deg, worst_direction_deg;  ///< Of the strongest lamp; the worst of answers that are not flagged.
   double flagged = 0, unanswered = 0;                    ///< Shares of all frames.
-  bool on_front = false;                                 ///< Of time and error.
+  bool on_front = false;                                 ///< See mark_front().
 };
 
 /// A file of one JSON object a line with exactly the fields above, but for on_front; knob by name, null for what is missing. Blank lines are
@@ -39,8 +39,8 @@ struct MarkerRow {
 /// of another kind, a negative number, a time or an error of 0, a share above 1, pictures of another size, a name twice; or no rows at all.
 [[nodiscard]] Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path);
 
-/// Marks the rows that none other beats: with no more of time and median error, and clearly less of one of them, as front.hpp has it. A row
-/// without these two is not on the front.
+/// Marks the rows that none other beats: with no more of time, median error, worst error and frames that are not surely answered, and clearly less
+/// of one of them, as front.hpp has it. A row without time and median is not on the front.
 void mark_front(std::span<MarkerRow> rows);
 
 /// A Markdown table, what its columns mean, and who beats the default where somebody does.

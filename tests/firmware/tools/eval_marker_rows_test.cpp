@@ -118,6 +118,18 @@ TEST(MarkerFront, AHairOfTimeOrOfErrorIsNoDifference) {
   EXPECT_FALSE(rows[1].on_front);
 }
 
+TEST(MarkerFront, WhoIsSometimesFarOffOrNotSureBeatsNobodyByItsMedian) {
+  std::vector<MarkerRow> rows = {row("steady", 10, 0.03), row("wild", 5, 0.02), row("shy", 5, 0.02)};
+  rows[0].worst_rms = 0.1, rows[1].worst_rms = 4, rows[2].worst_rms = 0.1;
+  rows[2].flagged = 0.3;
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front && rows[2].on_front);
+  EXPECT_TRUE(rows[1].on_front) << "it is always sure";
+  rows[1].flagged = 0.3;
+  mark_front(rows);
+  EXPECT_FALSE(rows[1].on_front);
+}
+
 TEST(MarkerTable, SaysWhoBeatsTheDefault) {
   std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerKnob::setting), row("4 faces", 12, 0.04)};
   mark_front(rows);
