@@ -152,6 +152,7 @@ void Marker::doubt_hidden() {
   const marker::SampleCounts& counts = report_.counts;
   if (counts.uneven + counts.covered + report_.light.left_out <= kHidden * counts.patches) return;
   report_.light.unsure = true;
+  report_.light.placed = false;
   for (marker::ChosenLamp& lamp : report_.light.lamps) {
     lamp.unsure = true;
     lamp.direction_covariance[0] += kAnywhere;
@@ -222,7 +223,7 @@ void Marker::tell_around(Descriptor& out) {
   marker::ChosenLight& light = report_.light;
   out.radiance = {};
   out.radiance_step = 0;
-  if (light.unsure) {
+  if (light.unsure && !light.placed) {
     // Lamps that explain the faces may be anywhere, and light what lies between the faces in as many ways.
     std::vector<Vec3d> toward;
     for (const marker::ChosenLamp& lamp : light.lamps) toward.push_back(lamp.lamp.direction);
