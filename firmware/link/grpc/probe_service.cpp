@@ -10,14 +10,11 @@ namespace lightwell {
 /// Reads its one request, then is what the method makes of it.
 class ProbeService::Call final : public ByteCall {
  public:
-  Call(ProbeService& service, const grpc::CallbackServerContext& context, Method method)
-      : ByteCall(service.streams_), service_(service), context_(context), method_(method) {
+  Call(ProbeService& service, Method method) : ByteCall(service.streams_), service_(service), method_(method) {
     StartRead(&request_);
   }
 
   void OnReadDone(bool came) override {
-    // A client that went away before it had asked has done nothing wrong.
-    if (!came && context_.IsCancelled()) return finish(grpc::Status::CANCELLED);
     const Result<std::string> bytes = service_.whole(came, request_);
     request_.Clear();
     if (bytes)
@@ -28,7 +25,6 @@ class ProbeService::Call final : public ByteCall {
 
  private:
   ProbeService& service_;
-  const grpc::CallbackServerContext& context_;
   const Method method_;
   grpc::ByteBuffer request_;
 };
@@ -46,7 +42,7 @@ void ProbeService::add(const char* path, Method method) {
   AddMethod(new grpc::internal::RpcServiceMethod(path, grpc::internal::RpcMethod::BIDI_STREAMING, nullptr));
   MarkMethodRawCallback(methods_++,
                         new grpc::internal::CallbackBidiHandler<grpc::ByteBuffer, grpc::ByteBuffer>(
-                            [this, method](grpc::CallbackServerContext* context) { return new Call(*this, *context, method); }));
+                            [this, method](grpc::CallbackServerContext*) { return new Call(*this, method); }));
 }
 
 Result<std::string> ProbeService::whole(bool came, const grpc::ByteBuffer& bytes) {

@@ -140,28 +140,6 @@ TEST_F(GrpcHostileTest, AMessageOfMegabytesIsRefusedUnreadAndCounted) {
   EXPECT_TRUE(serves());
 }
 
-TEST_F(GrpcHostileTest, WhoGoesBeforeAskingHasDoneNothingWrong) {
-  for (int i = 0; i < 50; ++i) {
-    grpc::GenericStub stub(connect(*link_));
-    grpc::CompletionQueue queue;
-    grpc::ClientContext context;
-    const std::unique_ptr<grpc::GenericClientAsyncReaderWriter> begun = stub.PrepareCall(&context, kService + "Info", &queue);
-    begun->StartCall(nullptr);
-    void* tag = nullptr;
-    bool ok = false;
-    EXPECT_TRUE(queue.Next(&tag, &ok) && ok) << "the call is on its way";
-    context.TryCancel();
-    queue.Shutdown();
-    while (queue.Next(&tag, &ok)) {
-    }
-  }
-  EXPECT_TRUE(serves());
-  // What garbage is refused for comes after all that went.
-  (void)call(connect(*link_), kService + "Info", "\x0b");
-  EXPECT_TRUE(comes_true("the garbage is counted", [&] { return refused() > 0; }));
-  EXPECT_EQ(refused(), 1U);
-}
-
 TEST_F(GrpcHostileTest, AMethodThatIsNotThereIsNotThere) {
   EXPECT_EQ(call(connect(*link_), kService + "Explode", "x").status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
   EXPECT_TRUE(serves());
