@@ -4,7 +4,9 @@ The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees a
 8-bit frames of each picture. Errors are of the direction from the body's centre.
 """
 import json
+import os
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 from figure_topics.rows import at_least, at_most, equals, known, reported, row
 
@@ -234,9 +236,12 @@ def trade(cases):
 
 
 def measure(programs, say):
-    figures = lines_of([programs / "measure_marker"], say)
+    # What is timed has the machine to itself; the rest has as many processors as there are.
     times = lines_of([programs / "measure_marker_speed"], say)
-    lights = items_of([programs / "measure_marker_light"], say)
-    hard = items_of([programs / "measure_marker_extremes"], say)
     cases = items_of([programs / "measure_marker_trade"], say)
-    return grid_of_ours(figures) + grid_of_seed(figures) + light(lights) + speed(times) + extremes(hard) + trade(cases)
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        hard = pool.submit(items_of, [programs / "measure_marker_extremes"], say)
+        figures = pool.submit(lines_of, [programs / "measure_marker"], say)
+        lights = pool.submit(items_of, [programs / "measure_marker_light"], say)
+    return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + light(lights.result()) + speed(times) +
+            extremes(hard.result()) + trade(cases))
