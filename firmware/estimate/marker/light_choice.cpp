@@ -409,14 +409,15 @@ ChosenLight conclude(Told told, Witness witness, const ChoiceOptions& options, c
   out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
   out.searched = told.followed ? before->searched : out.chi_square;
   const double spread = unexplained(best.model);
-  out.placed = !best.model.lamps.empty() && !(spread > 0);
+  out.placed = !best.model.lamps.empty() && (out.shadow || !(spread > 0));
   for (std::size_t k = 0; k < best.model.lamps.size(); ++k) {
     ChosenLamp lamp;
     lamp.lamp = best.model.lamps[k];
     Eigen::Matrix2d covariance = widened(told.sought, k, told.chooser->search(), witness);
     lamp.direction_covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1)};
     const auto worst_of = [](const Eigen::Matrix2d& c) { return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]); };
-    out.placed = out.placed && worst_of(covariance) <= options.unsure_rad;
+    // Whatever another model would make of the faces: a shadow needs its lamp.
+    out.placed = out.placed && (out.shadow || worst_of(covariance) <= options.unsure_rad);
     if (witness == Witness::faces) covariance += (extent(best, k, told.chooser->search()) + spread) * Eigen::Matrix2d::Identity();
     const double worst = worst_of(covariance);
     lamp.unsure = !(worst <= options.unsure_rad);

@@ -37,8 +37,8 @@ struct ChosenLight {
   bool shadow = false;            ///< Whether the table's shadow was a witness.
   bool table_light = false;       ///< Whether what lies around the body was taken for a table, whose light on the faces is no lamp's.
   bool unsure = false;            ///< Whether several lights would explain what was seen equally well.
-  /// Whether the lamps explain the faces from where they are, each within `unsure_rad`, with no less than nothing from all around: then they tell what
-  /// normals between the faces get, also where it is open how wide a lamp is.
+  /// Whether the lamps explain the faces from where they are, each within `unsure_rad`, with no less than nothing from all around, or the table's
+  /// shadow shows them: then they tell what normals between the faces get, also where it is open how wide a lamp is.
   bool placed = false;
   int left_out = 0;               ///< Samples that were something else.
   int used = 0;
