@@ -44,7 +44,7 @@ void tell(const Verdict& v) {
   const lightwell::marker::ChosenLight& l = r.light;
   std::fprintf(stderr, "  tags %d%s, patches %d, faces %d, small %d, uneven %d, covered %d, clipped %d; used %d, left out %d, chi2 %.2f%s%s\n", r.body.tags,
                r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small, r.counts.uneven, r.counts.covered, r.counts.clipped, l.used,
-               l.left_out, l.chi_square, l.shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
+               l.left_out, l.chi_square, l.around == lightwell::marker::Around::shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
   for (const lightwell::marker::ChosenLamp& lamp : l.lamps) {
     const lightwell::Vec3d& d = lamp.lamp.direction;
     std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) 1/m %.2f, irradiance %.4g, sigma %.2f deg%s%s\n", d.x, d.y, d.z, lamp.lamp.inverse_distance,

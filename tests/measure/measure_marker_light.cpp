@@ -67,7 +67,7 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
   }
   const auto& lamps = report.light.lamps;
   std::printf(", \"unsure\": %s, \"found\": %zu, \"shadow\": %s, \"near\": %s", out.flags.has(Flag::unsure) ? "true" : "false", lamps.size(),
-              report.light.shadow ? "true" : "false", !lamps.empty() && lamps[0].near ? "true" : "false");
+              report.light.around == marker::Around::shadow ? "true" : "false", !lamps.empty() && lamps[0].near ? "true" : "false");
   if (!frame.normals.empty()) {
     double squares = 0, truth = 0;
     for (std::size_t i = 0; i < frame.normals.size(); ++i) {
@@ -127,7 +127,7 @@ void tell(const measure::TracedFrame& frame, const MarkerReport& report) {
   const auto& l = report.light;
   std::fprintf(stderr, "  patches %d faces %d small %d uneven %d clipped %d used %d left out %d chi2 %.2f shadow %d tags %d ambient %.3f (%.3f %.3f %.3f)\n",
                report.counts.patches, report.counts.faces, report.counts.small, report.counts.uneven, report.counts.clipped, l.used, l.left_out,
-               l.chi_square, l.shadow, report.body.tags, l.ambient[0][1], l.ambient[1][1], l.ambient[2][1], l.ambient[3][1]);
+               l.chi_square, l.around == marker::Around::shadow, report.body.tags, l.ambient[0][1], l.ambient[1][1], l.ambient[2][1], l.ambient[3][1]);
   for (const marker::ChosenLamp& lamp : l.lamps)
     std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) w %.2f +- %.2f irradiance %.3f %.3f %.3f sigma %.2f deg%s%s\n", lamp.lamp.direction.x, lamp.lamp.direction.y,
                  lamp.lamp.direction.z, lamp.lamp.inverse_distance, lamp.inverse_distance_sigma, lamp.lamp.irradiance[0], lamp.lamp.irradiance[1],

@@ -149,7 +149,7 @@ void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& a
   const std::optional<double> deg = direction_error_deg(frame, report.light.lamps);
   if (tally.verbose)
     std::fprintf(stderr, "%s: RMS %.4f, direction %.2f deg, lamps %zu, faces %d, %s%s\n", frame.name.c_str(), tally.rms.back(), deg.value_or(-1),
-                 report.light.lamps.size(), report.counts.faces, report.light.shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
+                 report.light.lamps.size(), report.counts.faces, report.light.around == marker::Around::shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
   if (!deg) return;
   tally.direction_deg.push_back(*deg);
   if (!unsure) tally.worst_sure_deg = std::max(tally.worst_sure_deg, *deg);

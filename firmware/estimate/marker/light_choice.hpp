@@ -1,7 +1,9 @@
 // Which light the marker tells of: as many lamps as it takes, near where that shows, and how sure all of it is.
-//   ChoiceOptions, ChosenLight, choose_light
+//   ChoiceOptions, Around, ChosenLight, choose_light
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "estimate/marker/fit_options.hpp"
@@ -19,6 +21,13 @@ struct ChoiceOptions {
   double outlier = 4.5;
 };
 
+/// What the plane around the body was taken for.
+enum class Around : std::uint8_t {
+  far,     ///< No table: what is seen there is far away, and a part of the light.
+  table,   ///< A table that shows no shadow. What it sends to the faces is no lamp's.
+  shadow,  ///< A table whose shadow was a witness too.
+};
+
 struct ChosenLamp {
   Lamp lamp;
   /// In tangent_basis(direction), rad²; other models and places that explain what was seen as well are in it.
@@ -34,8 +43,7 @@ struct ChosenLight {
   std::vector<ChosenLamp> lamps;  ///< Strongest first.
   double chi_square = 0;          ///< Over the degrees of freedom.
   double searched = 0;            ///< The same when lamps were last searched for.
-  bool shadow = false;            ///< Whether the table's shadow was a witness.
-  bool table_light = false;       ///< Whether what lies around the body was taken for a table, whose light on the faces is no lamp's.
+  Around around = Around::far;
   bool unsure = false;            ///< Whether several lights would explain what was seen equally well.
   /// Whether the lamps explain the faces from where they are, each within `unsure_rad`, with no less than nothing from all around, or the table's
   /// shadow shows them: then they tell what normals between the faces get, also where it is open how wide a lamp is.

@@ -1,5 +1,7 @@
 #include "estimate/marker/marker_geometry.hpp"
 
+#include "estimate/marker/directions.hpp"
+
 #include <cmath>
 #include <numbers>
 
@@ -26,11 +28,7 @@ PlacedBody::PlacedBody(const MarkerBody& body, const LensParameters& lens, const
       origin_(transformed(probe_body, center_)),
       lens_(lens.pose_cv.translation - origin_) {
   if (body.ball) {
-    const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-    for (int i = 0; i < kBallPoints; ++i) {
-      const double y = 1 - (2 * i + 1.0) / kBallPoints, r = std::sqrt(1 - y * y);
-      hull_.push_back(Vec3d{r * std::sin(golden * i), y, r * std::cos(golden * i)} * body.ball->radius_m);
-    }
+    for (const Vec3d& direction : even_directions(kBallPoints)) hull_.push_back(direction * body.ball->radius_m);
     return;
   }
   for (const MarkerFace& face : body.faces)

@@ -137,23 +137,30 @@ std::optional<EvenLight> most_even_light(std::span<const SurfaceSample> samples,
   EvenLight out;
   out.radiance.band = std::clamp(band, 0, kMaxBand);
   out.lamps.resize(toward.size());
-  std::array<std::array<double, sh_count(kMaxBand)>, 3> sums{};
-  std::array<double, sh_count(kMaxBand)> basis{};
+  std::array<Eigen::ArrayXd, 3> radiance;
   bool any = false;
   for (std::size_t c = 0; c < 3; ++c) {
     const double mean = surfaces.irradiance[c].mean();
-    if (!(mean > 0) || !std::isfinite(mean)) continue;
-    any = true;
-    Eigen::ArrayXd x = most_even(of_normals, surfaces.irradiance[c] / mean, errors);
-    for (std::size_t k = 0; k < toward.size(); ++k) out.lamps[k][c] = take_out(toward[k], x) * mean;
-    for (std::size_t k = 0; k < directions().size(); ++k) {
-      sh_basis(out.radiance.band, directions()[k], std::span(basis).first(static_cast<std::size_t>(out.radiance.count())));
-      const double flux = x[static_cast<Eigen::Index>(k)] * mean * kSteradian;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(out.radiance.count()); ++i) sums[c][i] += flux * basis[i];
+    if (!(mean > 0) || !std::isfinite(mean)) {
+      radiance[c].setZero(kDirections);
+      continue;
     }
+    any = true;
+    radiance[c] = mean * most_even(of_normals, surfaces.irradiance[c] / mean, errors);
+    for (std::size_t k = 0; k < toward.size(); ++k) out.lamps[k][c] = take_out(toward[k], radiance[c]);
   }
   if (!any) return std::nullopt;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(out.radiance.count()); ++i)
+  const auto count = static_cast<std::size_t>(out.radiance.count());
+  std::array<std::array<double, sh_count(kMaxBand)>, 3> sums{};
+  std::array<double, sh_count(kMaxBand)> basis{};
+  for (std::size_t k = 0; k < directions().size(); ++k) {
+    sh_basis(out.radiance.band, directions()[k], std::span(basis).first(count));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double flux = radiance[c][static_cast<Eigen::Index>(k)] * kSteradian;
+      for (std::size_t i = 0; i < count; ++i) sums[c][i] += flux * basis[i];
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i)
     out.radiance.c[i] = {static_cast<float>(sums[0][i]), static_cast<float>(sums[1][i]), static_cast<float>(sums[2][i])};
   return out;
 }

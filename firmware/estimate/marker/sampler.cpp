@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimate/marker/directions.hpp"
 #include "estimate/marker/tag_ring.hpp"
 
 namespace lightwell::marker {
@@ -21,8 +22,6 @@ constexpr int kTablePoints = 4;
 constexpr double kClipped = 0.01;
 /// No paper is quite matte where it is seen flatly: deviation of what it tells of light, share, times the cosine.
 constexpr double kSheen = 0.003;
-
-double luminance(double r, double g, double b) { return 0.2126 * r + 0.7152 * g + 0.0722 * b; }
 
 /// Sums from which a plane is fitted to luminance over a patch, around its first pixel.
 struct PlaneSums {
@@ -87,7 +86,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
       const double r = row_.r[i], g = row_.g[i], b = row_.b[i];
       sum[0] += r, sum[1] += g, sum[2] += b;
       if (!row_.certain) variance += row_.variance[i], bias += row_.bias[i], clipped += row_.clipped[i];
-      plane.add(x - first_x, y - first_y, luminance(r, g, b));
+      plane.add(x - first_x, y - first_y, luminance({r, g, b}));
       mean_x += x, mean_y += y;
     }
   }
@@ -124,12 +123,11 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
 }
 
 void MarkerSampler::sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out) {
-  const double golden = std::numbers::pi * (3 - std::sqrt(5.0)), radius = body.ball->radius_m;
+  static const std::vector<Vec3d> normals = even_directions(kBallPatches);
+  const double radius = body.ball->radius_m;
   patch_.albedo = body.ball->albedo;
   patch_.surface = static_cast<int>(body.faces.size());
-  for (int i = 0; i < kBallPatches; ++i) {
-    const double y = 1 - (2 * i + 1.0) / kBallPatches, r = std::sqrt(1 - y * y);
-    const Vec3d normal{r * std::sin(golden * i), y, r * std::cos(golden * i)};
+  for (const Vec3d& normal : normals) {
     if (dot(normalized(placed.lens() - normal * radius), normal) < std::max(options_.flattest, 0.35)) continue;
     const auto [u, v] = tangent_basis(normal);
     patch_.corners.clear();

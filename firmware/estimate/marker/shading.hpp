@@ -16,6 +16,9 @@ namespace lightwell::marker {
 /// r, g, b, linear.
 using Rgb = std::array<double, 3>;
 
+/// Rec. 709.
+[[nodiscard]] inline double luminance(const Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
 struct SurfaceSample {
   Vec3d position;
   Vec3d normal;    ///< Unit, outwards.

@@ -87,7 +87,7 @@ TEST(LightChoice, ALampBehindTheBodyIsToldByItsShadowAndByNothingElse) {
     body.table = true;
     const ChosenLight shadow = choose_light(body.shading(), {});
     ASSERT_FALSE(shadow.lamps.empty()) << azimuth;
-    EXPECT_TRUE(shadow.shadow) << azimuth;
+    EXPECT_EQ(shadow.around, Around::shadow) << azimuth;
     EXPECT_FALSE(shadow.unsure) << azimuth;
     EXPECT_LT(error_deg(shadow, towards(azimuth, 35)), 2) << azimuth;
   }
@@ -98,7 +98,7 @@ TEST(LightChoice, ATableWithoutAShadowIsNoWitness) {
   Shading shading = body.shading();
   for (std::size_t i = 0; i < shading.table->samples.size(); ++i) shading.table->samples[i].radiance = i % 2 == 0 ? 0.01 : 0.05;
   const ChosenLight light = choose_light(shading, {});
-  EXPECT_FALSE(light.shadow) << "a chequered cloth";
+  EXPECT_NE(light.around, Around::shadow) << "a chequered cloth";
   ASSERT_FALSE(light.lamps.empty());
   EXPECT_LT(error_deg(light, towards(20, 40)), 0.5);
 }

@@ -1,0 +1,27 @@
+// How sure a lamp's direction is, beyond what its own fit says.
+//   widened       other places on the sphere, and other models
+//   extent        how wide it could be
+//   unexplained   light that lamps do not explain
+#pragma once
+
+#include <cstddef>
+
+#include <Eigen/Core>
+
+#include "estimate/marker/lamp_chooser.hpp"
+
+namespace lightwell::marker {
+
+/// The covariance of one lamp's direction with all else in it that explains what was seen: other places on the sphere, other models.
+/// In tangent_basis(direction), rad².
+[[nodiscard]] Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& search, Witness witness);
+
+/// A diffuse surface hardly tells a wide light from a point in its middle: what shines strongest may be anywhere in it. The variance of that, along
+/// each axis, of the widest light that explains the faces as well. (A shadow's edge tells that a lamp is small.)
+[[nodiscard]] double extent(const Fit& best, std::size_t which, const LightSearch& search);
+
+/// Light from all around that would be less than nothing on some side stands in for light that the lamps do not explain. The variance of
+/// that in each direction, rad²; 0 where there is none.
+[[nodiscard]] double unexplained(const LightModel& model);
+
+}  // namespace lightwell::marker
