@@ -1,5 +1,5 @@
-// JPEG's structure (ITU-T T.81, annex B): libjpeg paints what is missing grey and OpenCV hides its
-// warnings, so the segments are walked to the end marker first. JPEG has no checksum: bits that
+// JPEG's structure (ITU-T T.81, annex B): libjpeg paints what is missing grey, so the segments
+// are walked to the end marker first. The pixels: image_libjpeg.cpp. JPEG has no checksum: bits that
 // were changed inside the entropy-coded data without changing a marker cannot be found by anyone.
 #include <algorithm>
 
@@ -103,7 +103,7 @@ Result<Image> read_jpeg(const std::string& name, std::span<const std::byte> file
   if (!may_follow_the_end(file.subspan(at)))
     return image_damaged(name, "the JPEG's end marker comes " + std::to_string(file.size() - at) +
                                    " bytes before the file ends");
-  return decode_rgb8(name, file);
+  return decode_jpeg(name, file);
 }
 
 }  // namespace lightwell

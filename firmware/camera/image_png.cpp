@@ -1,5 +1,5 @@
 // PNG's structure (W3C PNG, third edition): every chunk whole and with the right sum, IHDR first,
-// IEND last. The pixels are OpenCV's.
+// IEND last. The pixels: image_libpng.cpp.
 #include <array>
 #include <cstring>
 #include <string_view>
@@ -86,7 +86,7 @@ Result<Image> read_png(const std::string& name, std::span<const std::byte> file)
     }
   }
   if (!has_pixels) return image_damaged(name, "the PNG has no pixels");
-  return decode_rgb8(name, file);
+  return decode_png(name, file);
 }
 
 }  // namespace lightwell

@@ -33,7 +33,8 @@ inline constexpr std::int64_t kMaxImageSide = 65536;
 
 /// PNG and JPEG once their structure is known to be whole: 8-bit r, g, b in the order of the file's
 /// rows. EXIF orientation is ignored on purpose: a calibration speaks of the sensor's pixels.
-[[nodiscard]] Result<Image> decode_rgb8(const std::string& name, std::span<const std::byte> file);
+[[nodiscard]] Result<Image> decode_png(const std::string& name, std::span<const std::byte> file);
+[[nodiscard]] Result<Image> decode_jpeg(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<std::vector<std::byte>> encode_png(const Image& image);
 
 }  // namespace lightwell

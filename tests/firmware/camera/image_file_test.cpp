@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <png.h>
 
 #include "firmware/camera/scratch.hpp"
 
@@ -95,6 +96,94 @@ TEST_F(ImageFile, ExifOrientationDoesNotTurnThePicture) {
   ASSERT_TRUE(image.ok()) << image.status().message();
   EXPECT_EQ(image->width, 40);
   EXPECT_EQ(image->height, 24);
+}
+
+/// A palette of 4 colours at 2 bits, in seven passes, with a gamma that is not sRGB's: libpng as it is.
+std::vector<std::byte> palette_interlaced_linear(int width, int height) {
+  std::vector<std::byte> file;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_write_fn(
+      png, &file,
+      [](png_structp p, png_bytep from, std::size_t n) {
+        const auto bytes = std::as_bytes(std::span(from, n));
+        auto& to = *static_cast<std::vector<std::byte>*>(png_get_io_ptr(p));
+        to.insert(to.end(), bytes.begin(), bytes.end());
+      },
+      nullptr);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 2,
+               PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_ADAM7, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  const png_color colors[] = {{10, 20, 30}, {40, 50, 60}, {70, 80, 90}, {200, 210, 220}};
+  png_set_PLTE(png, info, colors, 4);
+  png_set_gAMA(png, info, 1.0);
+  png_write_info(png, info);
+  png_set_packing(png);
+  const int passes = png_set_interlace_handling(png);
+  std::vector<png_byte> row(static_cast<std::size_t>(width));
+  for (int pass = 0; pass < passes; ++pass)
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x)
+        row[static_cast<std::size_t>(x)] = static_cast<png_byte>((x + y) % 4);
+      png_write_row(png, row.data());
+    }
+  png_write_end(png, info);
+  png_destroy_write_struct(&png, &info);
+  return file;
+}
+
+TEST_F(ImageFile, PaletteAndInterlacedPngAreReadAndTheirGammaIsNotApplied) {
+  const auto image = read_image(scratch.write("p", palette_interlaced_linear(13, 9)));
+  ASSERT_TRUE(image.ok()) << image.status().message();
+  ASSERT_EQ(image->width, 13);
+  ASSERT_EQ(image->height, 9);
+  const int colors[4][3] = {{10, 20, 30}, {40, 50, 60}, {70, 80, 90}, {200, 210, 220}};
+  for (int y = 0; y < 9; ++y)
+    for (int x = 0; x < 13; ++x)
+      for (int c = 0; c < 3; ++c)
+        ASSERT_EQ(value(*image, x, y, c), colors[(x + y) % 4][c]) << x << ' ' << y << ' ' << c;
+}
+
+TEST_F(ImageFile, OneBitIsBlackOrWhite) {
+  cv::Mat two(5, 11, CV_8UC1, cv::Scalar(0));
+  two.at<unsigned char>(3, 7) = 255;
+  const auto image =
+      read_image(scratch.write("b", encoded(".png", two, {cv::IMWRITE_PNG_BILEVEL, 1})));
+  ASSERT_TRUE(image.ok()) << image.status().message();
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_EQ(value(*image, 7, 3, c), 255);
+    EXPECT_EQ(value(*image, 6, 3, c), 0);
+  }
+}
+
+/// OpenCV's own encoder and decoder are strangers to ours.
+TEST_F(ImageFile, OpenCvReadsWhatIsWrittenAndIsReadWithTheSameValues) {
+  const cv::Mat bgr = noise(CV_8UC3);
+  for (const char* kind : {".png", ".jpg"}) {
+    const auto file = encoded(kind, bgr);
+    const auto ours = read_image(scratch.write("o", file));
+    ASSERT_TRUE(ours.ok()) << ours.status().message();
+    const cv::Mat theirs = cv::imread(scratch.path("o"), cv::IMREAD_COLOR);
+    for (int y = 0; y < bgr.rows; ++y)
+      for (int x = 0; x < bgr.cols; ++x)
+        for (int c = 0; c < 3; ++c) ASSERT_EQ(value(*ours, x, y, c), theirs.at<cv::Vec3b>(y, x)[2 - c]) << kind << x << ' ' << y;
+    ASSERT_TRUE(write_png(scratch.path("w.png"), *ours).ok());
+    const cv::Mat again = cv::imread(scratch.path("w.png"), cv::IMREAD_COLOR);
+    EXPECT_EQ(cv::norm(again, theirs, cv::NORM_INF), 0) << kind;
+  }
+}
+
+TEST_F(ImageFile, BadCodesInsideAJpegAreSeenAndNobodyWritesToTheConsole) {
+  auto damaged = encoded(".jpg", noise(CV_8UC3));
+  // All ones is no code of any table; behind each FF a zero, or it would be a marker.
+  for (std::size_t i = damaged.size() / 2; i + 40 < damaged.size(); i += 2) {
+    damaged[i] = std::byte{0xFF};
+    damaged[i + 1] = std::byte{0};
+  }
+  ::testing::internal::CaptureStderr();
+  const Status status = status_of(damaged);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(status.code(), StatusCode::data_loss) << status.message();
 }
 
 TEST_F(ImageFile, CutOffAtAnyLengthIsDataLoss) {
