@@ -34,8 +34,7 @@ std::size_t strongest(const LightModel& model) {
 
 }  // namespace
 
-Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& search, Witness witness) {
-  const Fit& best = sought.best;
+Eigen::Matrix2d over_places(const Fit& best, std::size_t which, LightSearch& search, Witness witness) {
   const Vec3d direction = best.model.lamps[which].direction;
   const Eigen::Matrix2d own = best.covariance[which].topLeftCorner<2, 2>();
 
@@ -54,10 +53,14 @@ Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& se
     spread += weight * turn * turn.transpose();
     mass += weight;
   }
-  spread /= mass;
+  return spread / mass;
+}
 
+Eigen::Matrix2d over_models(const Sought& sought, std::size_t which) {
+  const Fit& best = sought.best;
+  const Vec3d direction = best.model.lamps[which].direction;
   double models = 1;
-  Eigen::Matrix2d other = spread;
+  Eigen::Matrix2d out = Eigen::Matrix2d::Zero();
   for (const Fit& fit : sought.others) {
     if (fit.model.lamps.empty()) continue;
     const double weight = std::exp(-(fit.bic() - best.bic()) / 2);
@@ -68,10 +71,18 @@ Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& se
       for (std::size_t k = 0; k < fit.model.lamps.size(); ++k)
         if (angle_between(direction, fit.model.lamps[k].direction) < angle_between(direction, fit.model.lamps[same].direction)) same = k;
     const Eigen::Vector2d turn = turn_of(direction, fit.model.lamps[same].direction);
-    other += weight * (spread + turn * turn.transpose());
+    out += weight * turn * turn.transpose();
     models += weight;
   }
-  return other / models;
+  return out / models;
+}
+
+Eigen::Matrix2d carried(const Eigen::Matrix2d& covariance, Vec3d from, Vec3d to) {
+  const auto [u, v] = tangent_basis(from);
+  const auto [s, t] = tangent_basis(to);
+  Eigen::Matrix2d turn;
+  turn << dot(s, u), dot(s, v), dot(t, u), dot(t, v);
+  return turn * covariance * turn.transpose();
 }
 
 double extent(const Fit& best, std::size_t which, const LightSearch& search) {

@@ -1,5 +1,7 @@
 // How sure a lamp's direction is, beyond what its own fit says.
-//   widened       other places on the sphere, and other models
+//   over_places   other places on the sphere
+//   over_models   other models
+//   carried       the same of a lamp that has moved
 //   extent        how wide it could be
 //   unexplained   light that lamps do not explain
 #pragma once
@@ -12,9 +14,15 @@
 
 namespace lightwell::marker {
 
-/// The covariance of one lamp's direction with all else in it that explains what was seen: other places on the sphere, other models.
+/// The covariance of one lamp's direction with all other places on the sphere in it that explain what was seen.
 /// In tangent_basis(direction), rad².
-[[nodiscard]] Eigen::Matrix2d widened(const Sought& sought, std::size_t which, LightSearch& search, Witness witness);
+[[nodiscard]] Eigen::Matrix2d over_places(const Fit& best, std::size_t which, LightSearch& search, Witness witness);
+
+/// What the other models that were tried add to that, each by its likelihood. Zero where none was.
+[[nodiscard]] Eigen::Matrix2d over_models(const Sought& sought, std::size_t which);
+
+/// A covariance in tangent_basis(from) as it is in tangent_basis(to), a lamp having moved a little.
+[[nodiscard]] Eigen::Matrix2d carried(const Eigen::Matrix2d& covariance, Vec3d from, Vec3d to);
 
 /// A diffuse surface hardly tells a wide light from a point in its middle: what shines strongest may be anywhere in it. The variance of that, along
 /// each axis, of the widest light that explains the faces as well. (A shadow's edge tells that a lamp is small.)

@@ -140,7 +140,15 @@ bool is_witness(const Shading& shading, const Told& both) {
   return kept >= kTableKept * all && shadow_shows(*both.seen, both.sought.best, both.kept.hull);
 }
 
-/// `before`: whose lamps were followed; null where they were looked for.
+std::array<double, 3> numbers(const Eigen::Matrix2d& m) { return {m(0, 0), m(0, 1), m(1, 1)}; }
+
+Eigen::Matrix2d matrix(const std::array<double, 3>& numbers) {
+  Eigen::Matrix2d out;
+  out << numbers[0], numbers[1], numbers[1], numbers[2];
+  return out;
+}
+
+/// `before`: whose lamps were followed, in their order; null where they were looked for.
 ChosenLight conclude(Told told, const ChoiceOptions& options, const ChosenLight* before) {
   const Witness witness = witness_of(told.around);
   const bool shadow = told.around == Around::shadow;
@@ -158,18 +166,23 @@ ChosenLight conclude(Told told, const ChoiceOptions& options, const ChosenLight*
   for (std::size_t k = 0; k < best.model.lamps.size(); ++k) {
     ChosenLamp lamp;
     lamp.lamp = best.model.lamps[k];
-    Eigen::Matrix2d covariance = widened(told.sought, k, told.chooser->search(), witness);
-    lamp.direction_covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1)};
+    const Eigen::Matrix2d models = before != nullptr
+                                       ? carried(matrix(before->lamps[k].of_models), before->lamps[k].lamp.direction, lamp.lamp.direction)
+                                       : over_models(told.sought, k);
+    Eigen::Matrix2d covariance = over_places(best, k, told.chooser->search(), witness) + models;
+    lamp.of_models = numbers(models);
+    lamp.direction_covariance = numbers(covariance);
     const auto worst_of = [](const Eigen::Matrix2d& c) { return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]); };
     // Whatever another model would make of the faces: a shadow needs its lamp.
     out.placed = out.placed && (shadow || worst_of(covariance) <= options.unsure_rad);
     if (!shadow) covariance += (extent(best, k, told.chooser->search()) + spread) * Eigen::Matrix2d::Identity();
     const double worst = worst_of(covariance);
     lamp.unsure = !(worst <= options.unsure_rad);
-    if (lamp.unsure) lamp.direction_covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1)};
+    if (lamp.unsure) lamp.direction_covariance = numbers(covariance);
     const double sigma = std::sqrt(best.covariance[k](2, 2));
-    lamp.near = best.distances[k] == Distance::free && lamp.lamp.inverse_distance > 2 * sigma;
-    lamp.inverse_distance_sigma = best.distances[k] == Distance::free ? sigma : std::numeric_limits<double>::infinity();
+    lamp.free = best.distances[k] == Distance::free;
+    lamp.near = lamp.free && lamp.lamp.inverse_distance > 2 * sigma;
+    lamp.inverse_distance_sigma = lamp.free ? sigma : std::numeric_limits<double>::infinity();
     out.lamps.push_back(lamp);
   }
   std::sort(out.lamps.begin(), out.lamps.end(), [](const ChosenLamp& a, const ChosenLamp& b) {

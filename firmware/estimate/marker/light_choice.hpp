@@ -32,6 +32,7 @@ struct ChosenLamp {
   Lamp lamp;
   /// In tangent_basis(direction), rad²; other models and places that explain what was seen as well are in it.
   std::array<double, 3> direction_covariance{};  ///< u·u, u·v, v·v
+  std::array<double, 3> of_models{};             ///< What of it other models added when lamps were last searched for.
   double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not told.
   bool near = false;                             ///< Whether the distance shows.
   bool unsure = false;                           ///< Whether the direction does not.

@@ -55,6 +55,50 @@ TEST(LightChoice, ANearLampIsFoundNearByItsFalloff) {
   }
 }
 
+TEST(LightChoice, ANearLampThatIsFollowedStaysNearAndItsDistanceFollows) {
+  ChosenLight light = choose_light(LitBody{.lamps = {{towards(45, 35), 1 / 0.3, kWhite}}}.shading(), {});
+  for (const double distance : {0.305, 0.31, 0.32}) {
+    const LitBody body{.lamps = {{towards(45, 35), 1 / distance, kWhite}}};
+    light = choose_light(body.shading(), {}, &light);
+    ASSERT_TRUE(light.followed) << distance;
+    ASSERT_EQ(light.lamps.size(), 1U) << distance;
+    EXPECT_TRUE(light.lamps[0].near) << distance;
+    EXPECT_NEAR(distance * light.lamps[0].lamp.inverse_distance, 1, 0.02) << distance;
+    EXPECT_LT(light.lamps[0].inverse_distance_sigma, 1) << distance;
+  }
+}
+
+TEST(LightChoice, FollowingIsNoSurerOfALampThanItsSearchWas) {
+  const auto trace = [](const std::array<double, 3>& m) { return m[0] + m[2]; };
+  int asked = 0;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const Vec3d one = towards(360 * unit(random) - 180, 10 + 70 * unit(random)), two = towards(360 * unit(random) - 180, 10 + 70 * unit(random));
+    const LitBody body{.lamps = {{one, 0, kWhite}, {two, 0, {0.5, 0.5, 0.5}}}, .turn_deg = 72 * unit(random), .sample_noise = 0.005, .seed = seed};
+    const Shading shading = body.shading();
+    const ChosenLight searched = choose_light(shading, {}), followed = choose_light(shading, {}, &searched);
+    if (!followed.followed || searched.lamps.empty()) continue;
+    const ChosenLamp &before = searched.lamps[0], &after = followed.lamps.at(0);
+    // The fit ends a little elsewhere.
+    EXPECT_GT(trace(after.direction_covariance), 0.9 * trace(before.direction_covariance)) << seed;
+    // Of these it would be surer if it forgot what the search had tried besides.
+    asked += trace(before.of_models) > 0.2 * trace(before.direction_covariance) ? 1 : 0;
+  }
+  EXPECT_GE(asked, 1) << "or nothing was asked";
+}
+
+TEST(LightChoice, ADistantLampThatIsFollowedStaysDistant) {
+  const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}};
+  const ChosenLight first = choose_light(body.shading(), {});
+  const ChosenLight light = choose_light(body.shading(), {}, &first);
+  ASSERT_TRUE(light.followed);
+  ASSERT_EQ(light.lamps.size(), 1U);
+  EXPECT_FALSE(light.lamps[0].near);
+  EXPECT_TRUE(std::isinf(light.lamps[0].inverse_distance_sigma));
+  EXPECT_LT(error_deg(light, towards(30, 40)), 0.2);
+}
+
 TEST(LightChoice, TwoLampsOfDifferentColourAreTwo) {
   for (const double apart : {60.0, 90.0, 120.0}) {
     const Vec3d left = towards(-apart / 2, 35), right = towards(apart / 2, 30);
