@@ -100,7 +100,7 @@ double decimate_for(double cell_px) {
   // the picture itself, in a quarter of its time.
   for (const double d : {4.0, 3.0, 2.0})
     if (cell_px >= 3.5 * d) return d;
-  return cell_px >= 2 * 1.5 ? 1.5 : 1;
+  return cell_px >= 2.5 * 1.5 ? 1.5 : 1;
 }
 
 }  // namespace lightwell
