@@ -6,11 +6,13 @@ The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees a
 import json
 import os
 import subprocess
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
 from figure_topics.rows import at_least, at_most, equals, known, reported, row
 
-TARGETS = ["measure_marker", "measure_marker_extremes", "measure_marker_light", "measure_marker_speed", "measure_marker_trade"]
+TARGETS = ["measure_marker", "measure_marker_extremes", "measure_marker_light", "measure_marker_speed", "measure_marker_trade",
+           "lightwell-eval"]
 
 ENCODINGS = {"srgb": "sRGB", "linear": "linear"}
 PLACES = {"front": "in front", "front_right": "front right", "right": "right", "back_right": "back right", "behind": "behind"}
@@ -28,9 +30,6 @@ VIEWS = ("white.straight", "white.turned", "grey.straight", "grey.turned")
 SEEDS = {"seed_letter": "its perspective matrix to the letter, best fixed threshold",
          "seed_half": "threshold of 0.5",
          "seed_each": "the best threshold for each single frame"}
-
-# As firmware/tools/lightwell_eval/front.hpp: what counts as clearly less.
-CLEAR_TIME, CLEAR_ERROR, CLEAR_SHARE = 0.95, 0.98, 0.01
 
 REAL = "Mitsuba's pictures, simulated 8-bit sensor, {encoding}; real AprilTag"
 
@@ -203,17 +202,16 @@ def extremes(items):
     return rows
 
 
-def unsure(case):
-    return case["flagged"] + case["unanswered"]
-
-
-def beats(a, b):
-    """Whether case a has no more of time, error and frames without a sure answer than b, and clearly less of one of them."""
-    if not all(known(x[key]) for x in (a, b) for key in ("ms", "rms", "worst_rms")):
-        return False
-    clearly_less = lambda x, y: (x["ms"] < CLEAR_TIME * y["ms"] or x["rms"] < CLEAR_ERROR * y["rms"]
-                                 or x["worst_rms"] < CLEAR_ERROR * y["worst_rms"] or unsure(x) < unsure(y) - CLEAR_SHARE)
-    return clearly_less(a, b) and not clearly_less(b, a)
+def judged(eval_program, cases, say):
+    """The same cases, each with whether it is on their front, and who beats it: lightwell-eval's own judgement."""
+    with tempfile.NamedTemporaryFile("w", suffix=".jsonl") as file:
+        file.writelines(json.dumps(case) + "\n" for case in cases)
+        file.flush()
+        done = subprocess.run([eval_program, "--marker", file.name, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        say(f"lightwell-eval failed:\n{done.stderr.strip()}")
+        return []
+    return json.loads(done.stdout)
 
 
 def trade(cases):
@@ -231,7 +229,7 @@ def trade(cases):
     if default is None or not known(default["ms"]) or not known(default["rms"]):
         return rows + [row(name, "yes", "not measured", "", False, real)]
     by = [f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, {100 * (case['rms'] / default['rms'] - 1):+.0f} % of RMS)"
-          for case in cases if beats(case, default)]
+          for case in cases if case["what"] in default["beaten_by"]]
     return rows + [row(name, "yes", "beaten by " + ", ".join(by) if by else "yes", "", not by, real)]
 
 
@@ -244,4 +242,4 @@ def measure(programs, say):
         figures = pool.submit(lines_of, [programs / "measure_marker"], say)
         lights = pool.submit(items_of, [programs / "measure_marker_light"], say)
     return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + light(lights.result()) + speed(times) +
-            extremes(hard.result()) + trade(cases))
+            extremes(hard.result()) + trade(judged(programs / "lightwell-eval", cases, say)))

@@ -94,6 +94,7 @@ int main(int argc, char** argv) {
       "  lightwell-eval --pareto --scenes city,my.exr  by name, or a file (OpenEXR or Radiance, twice as wide as high)\n"
       "  lightwell-eval --pareto --marker FILE         with the marker's trade beside the panorama's; FILE is what\n"
       "                                                tests/measure's measure_marker_trade printed\n"
+      "  lightwell-eval --marker FILE                  that alone, as a table; nothing is measured or drawn\n"
       "The table goes to stdout, progress to stderr, the picture to OUT/pareto.svg and OUT/pareto.png.\n"
       "Times mean something on a quiet machine and in the preset bench.\n"
       "Exit status: 0 measured, 1 an input or output failed, 2 wrong usage.");
@@ -104,23 +105,27 @@ int main(int argc, char** argv) {
   app.add_option("--out", out, "Folder for the pictures; made where it is not there [out]");
   app.add_option("--marker", marker_file,
                  "Rows of measure_marker_trade, a JSON object a line: light from a marker as one more panel and table");
-  app.add_flag("--json", json, "JSON with every scene's figures on stdout instead of the table");
+  app.add_flag("--json", json, "JSON with every scene's figures, or the marker's rows, on stdout instead of the table");
   app.add_flag("--quick", quick, "Fewer scenes and passes: to look, not to quote");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   }
-  if (!pareto) {
-    std::cerr << "lightwell-eval: what shall be measured? There is --pareto; see --help\n";
+  if (!pareto && marker_file.empty()) {
+    std::cerr << "lightwell-eval: what shall be measured? There are --pareto and --marker; see --help\n";
     return kUsage;
   }
-  const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes : quick ? "city,interior,night" : "eight");
-  if (!paths) return fail(paths.status());
   Result<std::vector<MarkerRow>> marker = std::vector<MarkerRow>();
   if (!marker_file.empty()) marker = read_marker_rows(marker_file);
   if (!marker) return fail(marker.status());
   mark_front(*marker);
+  if (!pareto) {
+    std::cout << (json ? marker_json_of(*marker) + "\n" : marker_table_of(*marker)) << std::flush;
+    return kOk;
+  }
+  const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes : quick ? "city,interior,night" : "eight");
+  if (!paths) return fail(paths.status());
   std::error_code error;
   std::filesystem::create_directories(out, error);  // Before minutes of measuring, not after them.
   if (error) return fail({StatusCode::not_found, "cannot make the folder " + out + ": " + error.message() + "; see --out"});

@@ -227,8 +227,12 @@ Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
 }
 
 void mark_front(std::span<MarkerRow> rows) {
-  for (MarkerRow& b : rows)
-    b.on_front = b.ms && b.rms && std::none_of(rows.begin(), rows.end(), [&](const MarkerRow& a) { return beats(a, b); });
+  for (MarkerRow& b : rows) {
+    b.beaten_by.clear();
+    for (const MarkerRow& a : rows)
+      if (beats(a, b)) b.beaten_by.push_back(a.what);
+    b.on_front = b.ms && b.rms && b.beaten_by.empty();
+  }
 }
 
 std::string marker_table_of(std::span<const MarkerRow> rows) {
@@ -249,8 +253,7 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
   for (const MarkerRow& b : rows) {
     if (b.knob != MarkerKnob::setting) continue;
     std::string by;
-    for (const MarkerRow& a : rows)
-      if (beats(a, b)) by += (by.empty() ? "" : ", ") + a.what;
+    for (const std::string& a : b.beaten_by) by += (by.empty() ? "" : ", ") + a;
     out += b.what + (by.empty() ? ": on the measured front.\n" : ": NOT on the measured front, beaten by " + by + ".\n");
   }
   return out;
@@ -265,8 +268,10 @@ std::string marker_json_of(std::span<const MarkerRow> rows) {
                 number(r.ms_first).c_str(), number(r.memcpy_ratio).c_str()) +
            text("\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, ", number(r.rms).c_str(),
                 number(r.worst_rms).c_str(), number(r.direction_deg).c_str(), number(r.worst_direction_deg).c_str()) +
-           text("\"flagged\": %s, \"unanswered\": %s, \"on_front\": %s}", number(r.flagged).c_str(), number(r.unanswered).c_str(),
+           text("\"flagged\": %s, \"unanswered\": %s, \"on_front\": %s, \"beaten_by\": [", number(r.flagged).c_str(), number(r.unanswered).c_str(),
                 r.on_front ? "true" : "false");
+    for (std::size_t i = 0; i < r.beaten_by.size(); ++i) out += (i > 0 ? ", " : "") + json_string(r.beaten_by[i]);
+    out += "]}";
   }
   return out + "\n]";
 }

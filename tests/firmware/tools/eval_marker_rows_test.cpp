@@ -145,8 +145,11 @@ TEST(MarkerJson, StandsBesideTheOtherRowsAndIsTheSameNumbers) {
   mark_front(rows);
   const std::string json = json_of({}, {{"city"}, 5, false}, rows);
   EXPECT_THAT(json, AllOf(HasSubstr("\"marker\": [\n{\"what\": \"default\", \"knob\": \"setting\", \"width\": 640"),
-                          HasSubstr("\"rms\": 0.03, \"worst_rms\": null"), HasSubstr("\"on_front\": true}")));
+                          HasSubstr("\"rms\": 0.03, \"worst_rms\": null"), HasSubstr("\"on_front\": true, \"beaten_by\": []}")));
   EXPECT_THAT(json_of({}, {{"city"}, 5, false}), Not(HasSubstr("marker")));
+  rows.push_back(row("4 faces", 5, 0.02));
+  mark_front(rows);
+  EXPECT_THAT(marker_json_of(rows), HasSubstr("\"on_front\": false, \"beaten_by\": [\"4 faces\"]},"));
 }
 
 TEST(MarkerChart, IsOnePanelMoreWithAMarkForEachCaseThatAnswered) {
