@@ -30,8 +30,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 const std::string kBody = std::string(LIGHTWELL_MARKER_BODIES) + "/dodecahedron_100mm_white.textproto";
-/// ambient_radiance_rgb of every frame of the grid in scenes.json.
-constexpr double kAmbientRadiance = 0.08;
 
 /// A picture that an independent path tracer made, as a webcam's noisy bytes.
 class MarkerTest : public ::testing::Test {
@@ -112,12 +110,6 @@ class MarkerTest : public ::testing::Test {
     return child.err();
   }
 
-  /// Irradiance of the lamp and of what comes from all around.
-  [[nodiscard]] double truth_at(Vec3d normal) const {
-    const measure::TracedLamp& lamp = frame_.lamps.front();
-    return lamp.irradiance[1] * std::max(0.0, dot(normal, lamp.direction)) + std::numbers::pi * kAmbientRadiance;
-  }
-
   TempDir folder_;
   measure::TracedFrame frame_;
   std::string name_, calibration_;
@@ -153,7 +145,7 @@ TEST_F(MarkerTest, IrradianceAgreesWithTheTruthWhereNormalsFaceTheCamera) {
     const double z = 1 - (2 * i + 1.0) / 500, r = std::sqrt(1 - z * z);
     const Vec3d normal{r * std::cos(golden * i), r * std::sin(golden * i), z};
     if (dot(normal, to_camera) < 0.5) continue;
-    const double truth = truth_at(normal), answer = light.irradiance(vec_cast<float>(normal)).value.g;
+    const double truth = measure::true_irradiance(frame_, normal)[1], answer = light.irradiance(vec_cast<float>(normal)).value.g;
     squares += truth * truth, errors += (answer - truth) * (answer - truth);
   }
   ASSERT_GT(squares, 0);

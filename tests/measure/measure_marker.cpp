@@ -133,12 +133,8 @@ int main(int argc, char** argv) {
   const std::set<std::string> groups{"grid", "low", "air"};
   const auto frames = measure::load_traced_frames(frames_folder);
   if (!frames) fail(frames.status());
-  std::map<std::string, MarkerBody> bodies;
-  for (const char* variant : {"white", "grey"}) {
-    auto body = load_marker_body(bodies_folder + "/dodecahedron_100mm_" + variant + ".textproto");
-    if (!body) fail(body.status());
-    bodies.emplace(variant, std::move(*body));
-  }
+  const auto bodies = measure::load_traced_bodies(bodies_folder);
+  if (!bodies) fail(bodies.status());
 
   print(bench::kS1Mean);
   print(bench::kS1Median);
@@ -156,7 +152,7 @@ int main(int argc, char** argv) {
     sensor.srgb = srgb;
     for (const measure::TracedFrame& frame : *frames) {
       if (!groups.contains(frame.group)) continue;
-      const MarkerBody& body = bodies.at(frame.body);
+      const MarkerBody& body = bodies->at(frame.body);
       const auto picture = measure::TracedPicture::load(frames_folder, frame, body);
       if (!picture) fail(picture.status());
       const RigParameters rig = picture->rig_for(sensor);

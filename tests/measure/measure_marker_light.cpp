@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <map>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -167,16 +166,12 @@ int main(int argc, char** argv) {
   if (noisy < 1) return std::fprintf(stderr, "%s", kUsage), 2;
   const auto frames = measure::load_traced_frames(frames_folder);
   if (!frames) fail(frames.status());
-  std::map<std::string, MarkerBody> bodies;
-  for (const char* variant : {"white", "grey"}) {
-    auto body = load_marker_body(bodies_folder + "/dodecahedron_100mm_" + variant + ".textproto");
-    if (!body) fail(body.status());
-    bodies.emplace(variant, std::move(*body));
-  }
+  const auto bodies = measure::load_traced_bodies(bodies_folder);
+  if (!bodies) fail(bodies.status());
   std::uint64_t number = 0;
   for (const measure::TracedFrame& frame : *frames) {
     if ((!group.empty() && frame.group != group) || (!only.empty() && frame.name != only)) continue;
-    const MarkerBody& body = bodies.at(frame.body);
+    const MarkerBody& body = bodies->at(frame.body);
     const auto picture = measure::TracedPicture::load(frames_folder, frame, body);
     if (!picture) fail(picture.status());
     const RigParameters rig = picture->rig_for(sensor);

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +19,7 @@
 #include <Eigen/Dense>
 
 #include "bench/memcpy_speed.hpp"
+#include "bench/thread_time.hpp"
 #include "firmware/pose/body_pictures.hpp"
 #include "pose/body_tracker.hpp"
 
@@ -36,18 +36,11 @@ void print(const std::string& figure, double value, const char* unit) {
   std::fflush(stdout);
 }
 
-/// Of this thread on a processor: others that use the machine make it wait, which is not what is asked.
-double now_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
 template <class Call>
 double milliseconds(const Call& call) {
-  const double start = now_ms();
+  const double start = bench::thread_time_ms();
   call();
-  return now_ms() - start;
+  return bench::thread_time_ms() - start;
 }
 
 template <class Call>

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +16,7 @@
 
 #include "app/tag_body_finder.hpp"
 #include "bench/memcpy_speed.hpp"
+#include "bench/thread_time.hpp"
 #include "calibration/lens_table.hpp"
 #include "estimate/marker/marker_estimator.hpp"
 #include "estimate/marker/table_light.hpp"
@@ -33,21 +33,14 @@ constexpr int kFrames = 30, kRuns = 5;
   std::exit(1);
 }
 
-/// Of this thread's processor: what others do on the machine does not count.
-double now_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
-}
-
 /// The finder with a clock around it.
 class TimedFinder final : public BodyFinder {
  public:
   TimedFinder(std::unique_ptr<BodyFinder> finder, double& spent) : finder_(std::move(finder)), spent_(spent) {}
   Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
-    const double begin = now_ms();
+    const double begin = bench::thread_time_ms();
     auto found = finder_->find(view, info);
-    spent_ += now_ms() - begin;
+    spent_ += bench::thread_time_ms() - begin;
     return found;
   }
 
@@ -95,9 +88,9 @@ int main(int argc, char** argv) {
     for (int k = 0; k < kFrames; ++k) {
       measure::Shot& shot = shots[static_cast<std::size_t>(k) % shots.size()];
       shot.frames.front().info.mid_exposure = ProbeTime{(k + 1) * 16'666'667LL};
-      const double begin = now_ms();
+      const double begin = bench::thread_time_ms();
       if (const Status s = (*estimator)->estimate(shot.frames, out); !s.ok()) fail(s.message());
-      const double spent = now_ms() - begin;
+      const double spent = bench::thread_time_ms() - begin;
       if (k == 0) {
         first = spent;
         finding = 0;
@@ -116,14 +109,14 @@ int main(int argc, char** argv) {
     marker::MarkerSampler sampler(rig.lenses[0].width, {});
     const CameraModel model(rig.lenses[0]);
     marker::Shading shading;
-    const double begin = now_ms();
+    const double begin = bench::thread_time_ms();
     for (int k = 0; k < kFrames; ++k) {
       if (!reader.bind(shots[static_cast<std::size_t>(k) % shots.size()].frames).ok()) fail("the frame cannot be read");
       const marker::PlacedBody placed(*body, rig.lenses[0], model, (*estimator)->report().body.probe_body.pose);
       (void)sampler.sample(reader, 0, rig.lenses[0].width, rig.lenses[0].height, *body, placed, 1, 3, shading);
       marker::find_table_light(shading);
     }
-    best.sampling = std::min(best.sampling, (now_ms() - begin) / kFrames);
+    best.sampling = std::min(best.sampling, (bench::thread_time_ms() - begin) / kFrames);
   }
   const auto print = [](const char* figure, double value) { std::printf("{\"figure\": \"marker_speed.%s\", \"value\": %.4g}\n", figure, value); };
   print("fps", 1000 / best.all);

@@ -19,9 +19,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <limits>
-#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -33,6 +31,7 @@
 
 #include "app/tag_body_finder.hpp"
 #include "bench/memcpy_speed.hpp"
+#include "bench/thread_time.hpp"
 #include "estimate/marker/marker_estimator.hpp"
 #include "measure/traced_frames.hpp"
 
@@ -57,13 +56,6 @@ constexpr std::int64_t kFrameNs = 33'333'333;
 [[noreturn]] void fail(const std::string& what) {
   std::fprintf(stderr, "measure_marker_trade: %s\n", what.c_str());
   std::exit(1);
-}
-
-/// Of this thread's processor: what others do on the machine does not count.
-double now_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
 }
 
 struct Case {
@@ -172,9 +164,9 @@ class Stream {
     for (std::size_t k = frames_ == 0 ? 0 : 1; k < shots.size(); ++k) {
       shots[k].frames.front().info.mid_exposure = ProbeTime{++frames_ * kFrameNs};
       Descriptor out;
-      const double begin = now_ms();
+      const double begin = bench::thread_time_ms();
       const Status s = estimator_->estimate(shots[k].frames, out);
-      const double spent = now_ms() - begin;
+      const double spent = bench::thread_time_ms() - begin;
       if (!s.ok() && s.code() != StatusCode::not_found) fail(what_ + ", " + frame.name + ": " + s.message());
       // Of the others, only what was expected where it is: a body that was lost is looked for in all of the picture.
       if (k == 0 || (s.ok() && answered_)) best_ms_[k] = std::min(best_ms_[k], spent);
@@ -253,12 +245,8 @@ int main(int argc, char** argv) {
   if (followed < 1 || runs < 1) return std::fprintf(stderr, "%s", kUsage), 2;
   const auto frames = measure::load_traced_frames(frames_folder);
   if (!frames) fail(frames.status().message());
-  std::map<std::string, MarkerBody> bodies;
-  for (const char* variant : {"white", "grey"}) {
-    auto body = load_marker_body(bodies_folder + "/dodecahedron_100mm_" + variant + ".textproto");
-    if (!body) fail(body.status().message());
-    bodies.emplace(variant, std::move(*body));
-  }
+  const auto bodies = measure::load_traced_bodies(bodies_folder);
+  if (!bodies) fail(bodies.status().message());
   std::vector<Case> cases = all_cases();
   if (!only.empty()) std::erase_if(cases, [&](const Case& c) { return c.what != only; });
   if (cases.empty()) fail("no case '" + only + "'");
@@ -272,7 +260,7 @@ int main(int argc, char** argv) {
     const LensParameters& lens = frame.rig.lenses.front();
     if (width == 0) width = lens.width, height = lens.height;
     if (lens.width != width || lens.height != height) fail(frame.name + " has another size than the pictures before");
-    const MarkerBody& body = bodies.at(frame.body);
+    const MarkerBody& body = bodies->at(frame.body);
     const auto picture = measure::TracedPicture::load(frames_folder, frame, body);
     if (!picture) fail(picture.status().message());
     measure::TracedSensor sensor;

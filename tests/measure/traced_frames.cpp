@@ -249,6 +249,16 @@ Result<std::vector<TracedFrame>> load_traced_frames(const std::string& folder) {
   return out;
 }
 
+Result<std::map<std::string, MarkerBody>> load_traced_bodies(const std::string& folder) {
+  std::map<std::string, MarkerBody> bodies;
+  for (const char* variant : {"white", "grey"}) {
+    auto body = load_marker_body(folder + "/dodecahedron_100mm_" + variant + ".textproto");
+    if (!body) return body.status();
+    bodies.emplace(variant, std::move(*body));
+  }
+  return bodies;
+}
+
 std::array<double, 3> true_irradiance(const TracedFrame& frame, Vec3d normal) {
   std::array<double, 3> out{};
   for (std::size_t c = 0; c < 3; ++c) {

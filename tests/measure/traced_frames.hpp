@@ -1,12 +1,14 @@
 // The path-traced pictures of a marker body (tests/reference/mitsuba/marker), with what is true of them, and the noisy 8-bit
 // frames that a camera makes of them. Judges nothing and estimates nothing.
 //   load_traced_frames    scenes.json: what stands where
+//   load_traced_bodies    the bodies in them
 //   true_irradiance       what the lamps and the light around give, in closed form
 //   TracedPicture         one picture's radiance, and frames of it
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -48,6 +50,9 @@ struct TracedFrame {
 
 /// Of scenes.json in `folder`. not_found; data_loss names the frame and the field.
 [[nodiscard]] Result<std::vector<TracedFrame>> load_traced_frames(const std::string& folder);
+
+/// dodecahedron_100mm_{white,grey}.textproto of `folder`, by TracedFrame::body. Errors: load_marker_body's.
+[[nodiscard]] Result<std::map<std::string, MarkerBody>> load_traced_bodies(const std::string& folder);
 
 /// Of a frame that is no room, at the body's centre and a unit normal (probe frame), as if nothing but the lamps and the even light around were
 /// there: each lamp's irradiance times the cosine, where it is above the horizon, and pi times the ambient radiance.
