@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import threading
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from hil.cases.same_light import tell_apart
 from hil.harness.rig import Rig
-from hil.harness.runner import Broken, Measured
+from hil.harness.runner import Measured
 
 # A lamp behind the marker, which the faces and the shadow on the table tell together.
 PICTURE = "grid_straight_white_back_right"
@@ -37,13 +38,8 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     told = [light["direction"] for light in lights if "direction" in light]
     off = _degrees(told[0], _true_lamp(rig)) if told else 180
     measured.figure("its strongest light, from the lamp that was shown", off, "deg", "<= 3")
-    apart = rig.compare(on_board, on_desktop)
-    measured.figure("descriptors that both made", apart["both"], "", ">= 8")
-    measured.figure("of these, with every number of their light the same", apart["same"])
     # arm64's compiler fuses products with sums, and both the corners' fit and the lamps' go on until a step is small, not until it is none.
-    measured.figure("irradiance: RMS of the difference by RMS of the light, largest", 100 * apart["irradiance"], "%", "<= 0.1")
-    measured.figure("directions of lights, largest difference", apart["direction_deg"], "deg", "<= 0.1")
-    measured.figure("lights that only one of them found", apart["unmatched"], "", "== 0")
+    tell_apart(rig, on_board, on_desktop, measured, least=8, irradiance_percent=0.1, direction_deg=0.1)
 
 
 def _true_lamp(rig: Rig) -> list[float]:
@@ -57,18 +53,6 @@ def _degrees(a: Sequence[float], b: Sequence[float]) -> float:
 
 
 def _record_both(rig: Rig, *probes: tuple[str, Path]) -> None:
-    failed: list[BaseException] = []
-
-    def record(uri: str, file: Path) -> None:
-        try:
-            rig.record(uri, _SHOWN_S, file)
-        except Exception as error:  # told by the thread that waits
-            failed.append(error)
-
-    threads = [threading.Thread(target=record, args=probe) for probe in probes]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    if failed:
-        raise Broken(f"a client of one of the two could not record: {failed[0]}")
+    with ThreadPoolExecutor() as clients:
+        for recorded in [clients.submit(rig.record, uri, _SHOWN_S, file) for uri, file in probes]:
+            recorded.result()

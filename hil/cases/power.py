@@ -18,19 +18,22 @@ def _kalibr(focal: float) -> str:
             "  distortion_model: equidistant\n  distortion_coeffs: [0.01, -0.002, 0.0003, 0.0]\n  resolution: [640, 480]\n")
 
 
-def _prepare(rig: Rig) -> dict[str, str]:
-    """Two calibrations to be imported, and what each becomes. /run is memory: it is empty after a cut."""
-    whole = {}
+def _prepare(rig: Rig) -> None:
+    """Two calibrations to be imported, and who saves them again and again. /run is memory: it is empty after a cut."""
     for name, focal in (("old", 200.0), ("new", 215.5)):
         rig.board.run(f"cat > /run/{name}.yaml", text=_kalibr(focal), check=True)
-        rig.board.run(f"lightwell-calibrate import /run/{name}.yaml --output /run/{name}.textproto", check=True)
-        whole[name] = rig.board.run(f"cat /run/{name}.textproto", check=True).out
-    if whole["old"] == whole["new"]:
-        raise Broken("the two calibrations are the same: nothing could be told")
     rig.board.run("cat > /run/save.sh", check=True, text=(
         "n=0; while true; do for f in old new; do\n"
         f"lightwell-calibrate import /run/$f.yaml --output {_FILE} >/dev/null || exit 1\n"
         "n=$((n+1)); echo $n > /run/saves; done; done\n"))
+
+
+def _imported(rig: Rig) -> dict[str, str]:
+    """What each of them becomes."""
+    whole = {name: rig.board.run(f"lightwell-calibrate import /run/{name}.yaml --output /run/{name}.textproto >/dev/null && "
+                                 f"cat /run/{name}.textproto", check=True).out for name in ("old", "new")}
+    if whole["old"] == whole["new"]:
+        raise Broken("the two calibrations are the same: nothing could be told")
     return whole
 
 
@@ -39,8 +42,10 @@ def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
     chance = random.Random(11)
     saves = cuts = 0
     found: list[str] = []
+    whole: dict[str, str] = {}
     for _ in range(_CUTS):
-        whole = _prepare(rig)
+        _prepare(rig)
+        whole = whole or _imported(rig)
         rig.board.run(f"lightwell-calibrate import /run/old.yaml --output {_FILE}", check=True)
         rig.board.run("setsid sh /run/save.sh >/run/save.log 2>&1 & while [ ! -s /run/saves ]; do sleep 0.1; done", check=True,
                       timeout_s=120)

@@ -1,4 +1,8 @@
-"""Whether the board's firmware and the desktop's make the same light of the same frames."""
+"""Whether the board's firmware and the desktop's make the same light of the same frames.
+
+same_light   plays frames through both
+tell_apart   what tells two recordings of light apart, as figures
+"""
 
 from __future__ import annotations
 
@@ -18,11 +22,18 @@ def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_
     with rig.desktop_daemon(f"replay:{frames}?loop=0") as desktop:
         rig.record_here(desktop, desktop_s, on_desktop)
     measured.figure("captures that the board dropped, after which its smoothing is another", dropped, "", "== 0")
-    apart = rig.compare(on_board, on_desktop)
-    measured.figure("descriptors that both made", apart["both"], "", ">= 20")
-    measured.figure("of these, with every number of their light the same", apart["same"])
     # Sums over pixels are made in lanes, four of NEON, eight or sixteen of AVX: floats are added in another order. What that
     # moves must stay below what the wire rounds anyway, half a step of 13 bits of each coefficient.
-    measured.figure("irradiance: RMS of the difference by RMS of the light, largest", 100 * apart["irradiance"], "%", "<= 0.02")
-    measured.figure("directions of lights, largest difference", apart["direction_deg"], "deg", "<= 0.01")
+    tell_apart(rig, on_board, on_desktop, measured, least=20, irradiance_percent=0.02, direction_deg=0.01)
+
+
+def tell_apart(rig: Rig, on_board: Path, on_desktop: Path, measured: Measured, *, least: int, irradiance_percent: float,
+               direction_deg: float) -> None:
+    """What tells two recordings of light apart: at `least` so many descriptors, and no more than so much."""
+    apart = rig.compare(on_board, on_desktop)
+    measured.figure("descriptors that both made", apart["both"], "", f">= {least}")
+    measured.figure("of these, with every number of their light the same", apart["same"])
+    measured.figure("irradiance: RMS of the difference by RMS of the light, largest", 100 * apart["irradiance"], "%",
+                    f"<= {irradiance_percent}")
+    measured.figure("directions of lights, largest difference", apart["direction_deg"], "deg", f"<= {direction_deg}")
     measured.figure("lights that only one of them found", apart["unmatched"], "", "== 0")

@@ -372,8 +372,10 @@ class Board:
         """Another configuration for lightwelld, which is started anew with it."""
         self.run("cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new /etc/lightwell/probe.textproto",
                  text=text, check=True)
-        self.run("systemctl restart --no-block lightwelld", check=True)
-        self.wait_for_service(timeout_s=timeout_s)
+        begun = time.monotonic()
+        # Returns when the service is ready or has failed: looks by ssh would take the processor that it starts with.
+        self.run(f"timeout {timeout_s:.0f} systemctl restart lightwelld", timeout_s=timeout_s + 30)
+        self.wait_for_service(timeout_s=max(1.0, begun + timeout_s - time.monotonic()))
 
     # --- around it
 
