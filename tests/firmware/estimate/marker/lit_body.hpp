@@ -17,6 +17,15 @@ namespace lightwell::marker::test {
 inline constexpr double kInradius = 0.05;
 inline constexpr double kDegree = std::numbers::pi / 180;
 
+/// Irradiance of a small surface by that of one that faces the lamp in the body's centre: the inverse-square law and Lambert's.
+inline double share_of(const Lamp& lamp, Vec3d at, Vec3d normal) {
+  if (!(lamp.inverse_distance > 0)) return std::max(0.0, dot(normal, lamp.direction));
+  const double distance = 1 / lamp.inverse_distance;
+  const Vec3d way = lamp.direction * distance - at;
+  const double from_here = length(way);
+  return std::max(0.0, dot(normal, way) / from_here) * std::pow(distance / from_here, 2);
+}
+
 /// Azimuth from the camera (+Z) towards +X, elevation above the horizon.
 inline Vec3d towards(double azimuth_deg, double elevation_deg) {
   const double a = azimuth_deg * kDegree, e = elevation_deg * kDegree;
@@ -95,8 +104,7 @@ struct LitBody {
         const double noise = of_face * (1 + sample_noise * normal(random));
         for (std::size_t c = 0; c < 3; ++c) {
           double e = ambient;
-          for (const Lamp& lamp : lamps)
-            e += lamp.irradiance[c] * lamp_factor(lamp.direction, lamp.inverse_distance, sample.position, sample.normal);
+          for (const Lamp& lamp : lamps) e += lamp.irradiance[c] * share_of(lamp, sample.position, sample.normal);
           sample.irradiance[c] = std::max(0.0, e * noise + floor);
           sample.sigma[c] = 1e-4;
         }
@@ -123,8 +131,7 @@ struct LitBody {
           double seen = 0;
           for (int k = 0; k < 16; ++k)
             seen += shaded(p + Vec3d{(k % 4 - 1.5) / 4 * on.step_m, 0, (k / 4 - 1.5) / 4 * on.step_m}, lamp) ? 0 : 1.0 / 16;
-          e += (lamp.irradiance[0] + lamp.irradiance[1] + lamp.irradiance[2]) / 3 * seen *
-               lamp_factor(lamp.direction, lamp.inverse_distance, p, on.normal);
+          e += (lamp.irradiance[0] + lamp.irradiance[1] + lamp.irradiance[2]) / 3 * seen * share_of(lamp, p, on.normal);
         }
         sample.radiance = table_albedo / std::numbers::pi * e * (1 + 2 * sample_noise * normal(random));
         sample.sigma = table_albedo * 1e-3;

@@ -15,7 +15,6 @@
 namespace lightwell::marker {
 namespace {
 
-
 constexpr int kWidth = 400, kHeight = 300;
 constexpr double kDegree = std::numbers::pi / 180, kCell = 0.003;
 
@@ -143,6 +142,11 @@ TEST(MarkerSampler, WithoutALimitTakesAllThatTheLensSeesInTheBodysOrder) {
     EXPECT_EQ(all.shading.samples[i].surface, twelve.shading.samples[i].surface) << i;
     EXPECT_EQ(all.shading.samples[i].irradiance, twelve.shading.samples[i].irradiance) << i;
   }
+}
+
+TEST(MarkerSampler, PaperOfARadianceGetsPiTimesItByItsAlbedo) {
+  for (const SurfaceSample& s : Stage().sample(0).shading.samples)
+    for (const double e : s.irradiance) EXPECT_NEAR(e, std::numbers::pi / 0.8, 1e-4) << "the body's file says 0.8, the picture is 1";
 }
 
 TEST(MarkerSampler, LooksAtTheTableWhateverTheFaces) {
