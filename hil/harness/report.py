@@ -70,6 +70,10 @@ def load(path: Path) -> dict[str, Result]:
             for name, entry in raw.items()}
 
 
+def _short(commit: str) -> str:
+    return commit[:10] + (" with changes that are not committed" if commit.endswith("+") else "")
+
+
 def stale(tests: list[Any], results: dict[str, Result], commit: str) -> list[str]:
     """Of the roster's tests those without a good run of this commit, with the reason."""
     out = []
@@ -78,7 +82,7 @@ def stale(tests: list[Any], results: dict[str, Result], commit: str) -> list[str
         if result is None:
             out.append(f"{test.name}: never run")
         elif result.commit != commit:
-            out.append(f"{test.name}: last run at {result.commit[:10]}, not at {commit[:10]}")
+            out.append(f"{test.name}: last run at {_short(result.commit)}, not at {_short(commit)}")
         elif not result.good:
             out.append(f"{test.name}: {result.skipped or result.trouble or 'a figure does not hold'}")
     return out
