@@ -1,13 +1,7 @@
 // JPEG's pixels, through libjpeg; what it lets pass, image_jpeg.cpp looks at first. Frames of
 // cameras have a decoder of their own, which asks for no memory (backends/v4l2/jpeg_decoder.hpp).
-#include <array>
-#include <csetjmp>
-#include <cstdio>
-
-#include <jerror.h>
-#include <jpeglib.h>
-
 #include "camera/image_readers.hpp"
+#include "camera/jpeg_errors.hpp"
 
 namespace lightwell {
 namespace {
@@ -15,10 +9,7 @@ namespace {
 class Reader {
  public:
   Reader() {
-    state_.err = jpeg_std_error(&errors_.manager);
-    state_.err->error_exit = &Reader::fail;
-    state_.err->emit_message = &Reader::on_message;
-    state_.err->output_message = [](j_common_ptr) {};
+    state_.err = errors_.install();
     ready_ = attempt([this] { jpeg_create_decompress(&state_); });
   }
   ~Reader() { jpeg_destroy_decompress(&state_); }
@@ -50,36 +41,6 @@ class Reader {
   const char* said() const { return errors_.said.data(); }
 
  private:
-  /// libjpeg calls back with its own structure, which is therefore the first member.
-  struct Errors {
-    jpeg_error_mgr manager{};
-    std::jmp_buf give_up{};
-    std::array<char, JMSG_LENGTH_MAX> said{};
-  };
-
-  [[noreturn]] static void fail(j_common_ptr common) {
-    auto& errors = *reinterpret_cast<Errors*>(common->err);
-    common->err->format_message(common, errors.said.data());
-    std::longjmp(errors.give_up, 1);
-  }
-
-  /// What it mends by painting grey, or by guessing, is no picture; the rest is of no consequence
-  /// for pixels.
-  static void on_message(j_common_ptr common, int level) {
-    if (level >= 0) return;
-    switch (common->err->msg_code) {
-      case JWRN_HIT_MARKER:
-      case JWRN_HUFF_BAD_CODE:
-      case JWRN_JPEG_EOF:
-      case JWRN_MUST_RESYNC:
-      case JWRN_NOT_SEQUENTIAL:
-        fail(common);
-      default:
-        return;
-    }
-  }
-
-  /// libjpeg leaves by longjmp: nothing with a destructor may live between a call of it and here.
   template <class Calls>
   bool attempt(const Calls& calls) {
     if (setjmp(errors_.give_up) != 0) return false;
@@ -87,7 +48,7 @@ class Reader {
     return true;
   }
 
-  Errors errors_;
+  JpegErrors errors_;
   jpeg_decompress_struct state_{};
   bool ready_ = false;
 };

@@ -186,6 +186,15 @@ TEST_F(ImageFile, BadCodesInsideAJpegAreSeenAndNobodyWritesToTheConsole) {
   EXPECT_EQ(status.code(), StatusCode::data_loss) << status.message();
 }
 
+TEST_F(ImageFile, AJpegWhosePixelsEndBeforeItsCodesIsDamaged) {
+  auto longer = encoded(".jpg", noise(CV_8UC3));
+  ASSERT_TRUE(status_of(longer).ok());
+  // Before the end marker: more codes than the picture has pixels, as after a bit that was changed.
+  longer.insert(longer.end() - 2, 32, std::byte{0x55});
+  const Status status = status_of(longer);
+  EXPECT_EQ(status.code(), StatusCode::data_loss) << status.message();
+}
+
 TEST_F(ImageFile, CutOffAtAnyLengthIsDataLoss) {
   for (const char* kind : {".png", ".jpg"}) {
     const auto whole = encoded(kind, noise(CV_8UC3));

@@ -1,46 +1,20 @@
 #include "camera/backends/v4l2/jpeg_decoder.hpp"
 
-#include <csetjmp>
-#include <cstdio>
-#include <jerror.h>
-#include <jpeglib.h>
-
 #include "camera/backends/v4l2/jpeg_memory.hpp"
+#include "camera/jpeg_errors.hpp"
 
 namespace lightwell::v4l2 {
 
 struct JpegDecoder::Library {
-  /// libjpeg calls back with its own structure, which is therefore the first member.
-  struct Errors {
-    jpeg_error_mgr manager{};
-    std::jmp_buf give_up{};
-  };
   JpegMemory memory;
   jpeg_decompress_struct state{};
-  Errors errors;
-
-  [[noreturn]] static void fail(j_common_ptr common) {
-    std::longjmp(reinterpret_cast<Errors*>(common->err)->give_up, 1);
-  }
-  /// libjpeg mends what is broken, with grey, and warns: half a picture.
-  static void on_message(j_common_ptr common, int level) {
-    // Webcams are known for a byte or two of padding before the end marker; more is a scan that came to its end early.
-    constexpr int kPadding = 4;
-    if (level >= 0) return;
-    const jpeg_error_mgr& e = *common->err;
-    if (e.msg_code == JWRN_EXTRANEOUS_DATA && e.msg_parm.i[0] <= kPadding) return;
-    fail(common);
-  }
-  static void say_nothing(j_common_ptr) {}
+  JpegErrors errors;
 };
 
 JpegDecoder::JpegDecoder(int width, int height)
     : library_(std::make_unique<Library>()), width_(width), height_(height) {
   jpeg_decompress_struct& state = library_->state;
-  state.err = jpeg_std_error(&library_->errors.manager);
-  state.err->error_exit = &Library::fail;
-  state.err->emit_message = &Library::on_message;
-  state.err->output_message = &Library::say_nothing;
+  state.err = library_->errors.install();
   // Fails for want of memory alone, and then decode() says so of every picture.
   if (setjmp(library_->errors.give_up) != 0) return;
   jpeg_create_decompress(&state);
