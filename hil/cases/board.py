@@ -26,11 +26,17 @@ def costs(rig: Rig, test: Any, measured: Measured) -> None:
     used = board.run("free -m | awk '/^Mem/ {print $3}'", check=True).out
     measured.figure("memory used in the board", float(used), "MB")
     measured.figure("lightwelld's memory", rig.daemon()["rss_kb"] / 1024, "MB")
+    # OpenCV's imgcodecs would bring a hundred more, and three seconds of each start.
+    libraries = board.run("ldd $(readlink -f /opt/lightwell/bin/lightwelld) | wc -l", check=True).out
+    measured.figure("libraries that lightwelld loads", float(libraries), "", "<= 140")
+    measured.time("to load them (lightwelld --help), best of three", min(_seconds(rig, "lightwelld --help") for _ in range(3)), "s")
     failed = board.run("systemctl --failed --plain --no-legend", check=True).out.split("\n")
     measured.figure("units that failed", sum(1 for line in failed if line.strip()), "", "== 0")
-    times = []
-    for _ in range(5):
-        begun = time.monotonic()
-        board.run("true", check=True)
-        times.append(time.monotonic() - begun)
-    measured.time("one command by ssh, best of five", min(times), "s")
+    measured.time("one command by ssh, best of five", min(_seconds(rig, "true") for _ in range(5)), "s")
+
+
+def _seconds(rig: Rig, command: str) -> float:
+    """What a command of the board's takes, by ssh."""
+    begun = time.monotonic()
+    rig.board.run(command, check=True)
+    return time.monotonic() - begun
