@@ -3,7 +3,9 @@
 if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
   find_program(LIGHTWELL_CCACHE ccache)
   if(LIGHTWELL_CCACHE)
-    set(CMAKE_CXX_COMPILER_LAUNCHER ${LIGHTWELL_CCACHE})
+    # Paths below the tree are relative in the cache, so that a second clone finds what the first compiled.
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
+                                    ${LIGHTWELL_CCACHE})
   endif()
 endif()
 

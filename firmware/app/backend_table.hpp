@@ -1,11 +1,12 @@
 // Which cameras this build knows. A backend that was not built is not in the table.
 #pragma once
 
-#include <lightwell/config.hpp>
-#include <lightwell/result.hpp>
 #include <memory>
 #include <span>
 #include <string_view>
+
+#include <lightwell/config.hpp>
+#include <lightwell/result.hpp>
 
 #include "camera/backend.hpp"
 #include "camera/uri.hpp"

@@ -16,9 +16,8 @@ void BracketSlot::push(Frame frame) {
     if (closed_) return;
     const int index = frame.info.bracket_index, size = frame.info.bracket_size;
     const std::uint64_t first = frame.info.sequence - static_cast<std::uint64_t>(index);
-    const bool next_in_line =
-        index > 0 && static_cast<std::size_t>(index) == filling_.frames().size() &&
-        filling_.frames().back().info.sequence + 1 == frame.info.sequence;
+    const bool next_in_line = index > 0 && static_cast<std::size_t>(index) == filling_.frames().size() &&
+                              filling_.frames().back().info.sequence + 1 == frame.info.sequence;
     if (!next_in_line) {
       if (!filling_.empty()) count_incomplete(filling_.frames().front().info.sequence);
       spoiled = std::move(filling_);

@@ -5,9 +5,10 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <optional>
+
 #include <lightwell/descriptor.hpp>
 #include <lightwell/mounting.hpp>
-#include <optional>
 
 #include "app/backend_table.hpp"
 #include "app/log.hpp"
@@ -49,7 +50,8 @@ Status check_fit(const RigParameters& rig, const CameraInfo& camera) {
   return {};
 }
 
-Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig, const std::optional<UncertainPose>& mounting) {
+Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig,
+                                                  const std::optional<UncertainPose>& mounting) {
   if (!config.marker) {
     PanoramaOptions options;
     options.config = config.estimator;
@@ -130,10 +132,11 @@ std::string one_line(const StatusSnapshot& s) {
 
 std::string beyond_budget(double ms, double budget_ms) {
   std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; allow more with "
-                "--budget-ms, or take smaller pictures with --size",
-                ms, budget_ms);
+  std::snprintf(
+      text.data(), text.size(),
+      "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; allow more with "
+      "--budget-ms, or take smaller pictures with --size",
+      ms, budget_ms);
   return text.data();
 }
 
@@ -163,8 +166,12 @@ Status run_daemon(const Config& config) {
   Result<Parts> parts = make_parts(config);
   if (!parts) return parts.status();
 
-  ProbeIdentity identity{config.probe_name, identity_of(config.probe_name), calibration_identity(parts->rig),
-                         std::string(kFirmwareVersion), parts->info.name, parts->mounting};
+  ProbeIdentity identity{config.probe_name,
+                         identity_of(config.probe_name),
+                         calibration_identity(parts->rig),
+                         std::string(kFirmwareVersion),
+                         parts->info.name,
+                         parts->mounting};
   Pipeline pipeline(identity, std::move(parts->estimator), config.estimator, config.budget_ms);
   pipeline.publisher().add(make_grpc_link(config.grpc, config.probe_name, pipeline));
   if (config.usb_gadget) pipeline.publisher().add(make_usb_gadget_link(*config.usb_gadget, pipeline));

@@ -1,9 +1,10 @@
 // lightwelld as a whole: builds the rooms from a configuration and runs them until a signal.
 #pragma once
 
+#include <string_view>
+
 #include <lightwell/config.hpp>
 #include <lightwell/result.hpp>
-#include <string_view>
 
 namespace lightwell {
 

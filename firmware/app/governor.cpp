@@ -12,8 +12,8 @@ constexpr double kFarLate = 1.5;
 constexpr double kLateShare = 0.05, kLateMemory = 256;
 /// A prediction must leave so much of the budget: noise, and what the prediction gets wrong.
 constexpr double kRoom = 0.9;
-/// A guess at what the steps from fast to balanced and from there to exact cost, until they are measured: on the high side
-/// of the 1.0 to 1.3 and 1.1 to 1.4 of lightwell-eval --pareto, as many lights make exact dearer.
+/// A guess at what the steps from fast to balanced and from there to exact cost, until they are measured: on the high
+/// side of the 1.0 to 1.3 and 1.1 to 1.4 of lightwell-eval --pareto, as many lights make exact dearer.
 constexpr double kUsualSteps[] = {1.2, 1.8};
 constexpr double kLargestStep = 64;
 constexpr std::uint64_t kFirstPatience = 30, kMostPatience = 30 * 256, kPatienceFactor = 4;
@@ -125,14 +125,16 @@ void Governor::learn() {
     // Where the cheaper setting takes longer now than before the climb, load rose meanwhile and is no part of the step.
     step_up().cost = step_between(std::max(before_ms_, typical_ms()), richer_ms_, 1);
   } else if (fell_ && typical_ms() * step_up().cost <= kRoom * budget_ms_) {
-    // The richer setting would fit already: it was not load that rose, but noise that reaches over the budget from time to
-    // time. It will do so again.
+    // The richer setting would fit already: it was not load that rose, but noise that reaches over the budget from time
+    // to time. It will do so again.
     lose_patience(step_up(), kPatienceFactor / 2);
   }
   fell_back_ = fell_ = false;
 }
 
-void Governor::lose_patience(Step& step, std::uint64_t factor) { step.patience = std::min(kMostPatience, factor * step.patience); }
+void Governor::lose_patience(Step& step, std::uint64_t factor) {
+  step.patience = std::min(kMostPatience, factor * step.patience);
+}
 
 void Governor::move_to(Setting setting) {
   setting_ = setting;

@@ -5,10 +5,10 @@
 // or when more than 5 % are in the long run. One late estimate alone moves nothing: that is what a scheduler does.
 //
 // It climbs when the richer setting is predicted to fit: what 30 of the last 32 estimates took, times what the step
-// costs, below 90 % of the budget for as many frames as it has patience. What a step costs is learnt from climbs. Each fall
-// that load does not explain makes it more patient: four times where a climb fell at once, twice otherwise; holding for long
-// makes it less so. What it knows of a step fades over 200 patiences, for the light may have changed: so it tries again, ever
-// more seldom, and does not swing.
+// costs, below 90 % of the budget for as many frames as it has patience. What a step costs is learnt from climbs. Each
+// fall that load does not explain makes it more patient: four times where a climb fell at once, twice otherwise;
+// holding for long makes it less so. What it knows of a step fades over 200 patiences, for the light may have changed:
+// so it tries again, ever more seldom, and does not swing.
 //
 // It has no clock. Time is counted in estimates. Cost and patience are each step's own.
 #pragma once
@@ -16,8 +16,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <lightwell/descriptor.hpp>
 #include <span>
+
+#include <lightwell/descriptor.hpp>
 
 namespace lightwell {
 
@@ -31,7 +32,8 @@ class Governor {
   [[nodiscard]] Setting setting() const { return setting_; }
   /// How long one estimate at setting() took, to its encoded bytes.
   void took(double ms);
-  /// The estimator has been configured anew, so that what was learnt no longer holds. Another `richest` is tried at once.
+  /// The estimator has been configured anew, so that what was learnt no longer holds. Another `richest` is tried at
+  /// once.
   void restart(Setting richest);
 
   struct Counts {

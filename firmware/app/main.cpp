@@ -1,10 +1,12 @@
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <istream>
-#include <lightwell/config.hpp>
 #include <map>
+
+#include <CLI/CLI.hpp>
+
+#include <lightwell/config.hpp>
 
 #include "app/backend_table.hpp"
 #include "app/daemon.hpp"
@@ -29,9 +31,10 @@ std::istream& operator>>(std::istream& in, Size& size) {
 }
 
 const std::map<std::string, lightwell::LinkSecurity>& securities() {
-  static const std::map<std::string, lightwell::LinkSecurity> names = {{"plain", lightwell::LinkSecurity::plain},
-                                                                       {"tls", lightwell::LinkSecurity::tls},
-                                                                       {"mutual-tls", lightwell::LinkSecurity::mutual_tls}};
+  static const std::map<std::string, lightwell::LinkSecurity> names = {
+      {"plain", lightwell::LinkSecurity::plain},
+      {"tls", lightwell::LinkSecurity::tls},
+      {"mutual-tls", lightwell::LinkSecurity::mutual_tls}};
   return names;
 }
 
@@ -53,14 +56,19 @@ int main(int argc, char** argv) {
       "  lightwelld --camera sim:city                        a simulated rig in a real place\n"
       "  lightwelld --camera 'sim:night?sensor=rgb8' --exposure-s 0.001 --exposure-s 0.02 --exposure-s 0.4\n"
       "  lightwelld --config /etc/lightwell/probe.textproto  everything from a file\n"
-      "  lightwelld --camera v4l2:/dev/video0 --calibration webcam.textproto --estimator marker --body dodecahedron.textproto\n"
-      "  lightwelld --camera sim:city --budget-ms 3          cheaper settings under load, richer ones when there is room\n"
-      "  lightwelld --camera sim:city --listen '[::]:7420' --security tls   for the network, to clients that were paired\n"
-      "  lightwelld --pair --listen '[::]:7420' --security tls              beside it: lets one client be paired, then ends\n"
+      "  lightwelld --camera v4l2:/dev/video0 --calibration webcam.textproto --estimator marker --body "
+      "dodecahedron.textproto\n"
+      "  lightwelld --camera sim:city --budget-ms 3          cheaper settings under load, richer ones when there is "
+      "room\n"
+      "  lightwelld --camera sim:city --listen '[::]:7420' --security tls   for the network, to clients that were "
+      "paired\n"
+      "  lightwelld --pair --listen '[::]:7420' --security tls              beside it: lets one client be paired, then "
+      "ends\n"
       "  lightwell watch grpc://127.0.0.1:7420               what a client sees\n"
       "Fields of the file: proto/lightwell/v1/config.proto. Options here win over the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
-  std::string config_path, camera, calibration, estimator, body, mounting, listen, mqtt, record, name, keys, pair_listen;
+  std::string config_path, camera, calibration, estimator, body, mounting, listen, mqtt, record, name, keys,
+      pair_listen;
   lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified;
   Size size;
   double frame_rate = -1;
@@ -71,28 +79,35 @@ int main(int argc, char** argv) {
   app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
   app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
   app.add_option("--estimator", estimator,
-                 "What light is read from: panorama (all that the camera sees around it) or marker (a body with tags that it looks at) "
+                 "What light is read from: panorama (all that the camera sees around it) or marker (a body with tags "
+                 "that it looks at) "
                  "[marker where a body is named, else panorama]")
       ->check(CLI::IsMember({"panorama", "marker"}));
   app.add_option("--body", body, "The marker's body, as lightwell-calibrate marker-sheet wrote it");
-  app.add_option("--mounting", mounting, "Where the probe hangs, as lightwell-calibrate mounting wrote it: clients are told");
+  app.add_option("--mounting", mounting,
+                 "Where the probe hangs, as lightwell-calibrate mounting wrote it: clients are told");
   app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
-  app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]")->check(CLI::NonNegativeNumber);
+  app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--exposure-s", exposures, "Exposure in seconds; several make a bracket")->allow_extra_args(false);
-  app.add_option("--budget-ms", budget_ms,
-                 "Milliseconds that an estimate may take; a cheaper setting than the configured one is used where it takes "
-                 "longer. 0 for none [0]")
+  app.add_option(
+         "--budget-ms", budget_ms,
+         "Milliseconds that an estimate may take; a cheaper setting than the configured one is used where it takes "
+         "longer. 0 for none [0]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--listen", listen, "Address of the gRPC link, HOST:PORT; port 0 takes any [127.0.0.1:7420]");
-  app.add_option("--security", security,
-                 "plain (anyone may ask), tls (a token or a certificate), mutual-tls (a certificate) [plain on a loopback "
-                 "address, else it must be said]")
+  app.add_option(
+         "--security", security,
+         "plain (anyone may ask), tls (a token or a certificate), mutual-tls (a certificate) [plain on a loopback "
+         "address, else it must be said]")
       ->transform(CLI::CheckedTransformer(securities()));
   app.add_option("--keys", keys, "Folder of the probe's keys and of the list of its clients [the state folder]");
-  app.add_flag("--pair", pair,
-               "Let one client be paired: show a code, wait two minutes, exit. The probe itself may be running meanwhile");
+  app.add_flag(
+      "--pair", pair,
+      "Let one client be paired: show a code, wait two minutes, exit. The probe itself may be running meanwhile");
   app.add_option("--pair-listen", pair_listen, "Address for pairing, HOST:PORT [the host of --listen, port 7421]");
-  app.add_option("--mqtt", mqtt, "Publish at an MQTT broker, too: mqtt://BROKER:1883/venue/probe; files for TLS: --config");
+  app.add_option("--mqtt", mqtt,
+                 "Publish at an MQTT broker, too: mqtt://BROKER:1883/venue/probe; files for TLS: --config");
   app.add_flag("--announce", announce, "Let `lightwell discover` find this probe (mDNS)");
   app.add_option("--record", record, "Record frames with metadata to this file");
   app.add_option("--name", name, "Name of the probe [lightwell]");
@@ -132,8 +147,9 @@ int main(int argc, char** argv) {
   if (!body.empty()) config.marker = lightwell::MarkerConfig{body};
   if (estimator == "panorama") config.marker.reset();
   if (estimator == "marker" && !config.marker) {
-    lightwell::log_error("--estimator marker needs the body that is looked at: name its file with --body or marker.body; "
-                         "lightwell-calibrate marker-sheet makes one, and the sheet to print");
+    lightwell::log_error(
+        "--estimator marker needs the body that is looked at: name its file with --body or marker.body; "
+        "lightwell-calibrate marker-sheet makes one, and the sheet to print");
     return kUsage;
   }
   if (!mounting.empty()) config.mounting = mounting;

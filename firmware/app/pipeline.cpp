@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+
 #include <lightwell/query.hpp>
 #include <lightwell/time.hpp>
 
@@ -160,7 +161,8 @@ Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
   const std::lock_guard lock(mutex_);
   if (!has_newest_) return Status(StatusCode::failed_precondition, "no light has been measured yet");
   // Where the scale is known, what is missing of a reading is what the sensor clipped.
-  if (newest_.flags.has(Flag::clipped) && newest_.units == Units::absolute && !scale_changed_) return recover_by(lux, normal);
+  if (newest_.flags.has(Flag::clipped) && newest_.units == Units::absolute && !scale_changed_)
+    return recover_by(lux, normal);
   for (const Flag flag : {Flag::unseen, Flag::clipped, Flag::dark})
     if (newest_.flags.has(flag) && !(flag == Flag::clipped && newest_.flags.has(Flag::recovered)))
       return Status(StatusCode::failed_precondition,
@@ -177,8 +179,11 @@ Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
 
 Result<double> Pipeline::recover_by(double lux, Vec3d normal) {
   if (newest_.flags.has(Flag::unseen))
-    return Status(StatusCode::failed_precondition, "what is missing of the reading may be light that was not seen: unseen");
-  if (Status s = status_of(recover(newest_, newest_clipped_, {vec_cast<float>(normalized(normal)), lux}, recovery_)); !s.ok()) return s;
+    return Status(StatusCode::failed_precondition,
+                  "what is missing of the reading may be light that was not seen: unseen");
+  if (Status s = status_of(recover(newest_, newest_clipped_, {vec_cast<float>(normalized(normal)), lux}, recovery_));
+      !s.ok())
+    return s;
   recovery_changed_ = true;
   return newest_factor_;
 }

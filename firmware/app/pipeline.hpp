@@ -2,11 +2,12 @@
 #pragma once
 
 #include <atomic>
-#include <lightwell/status.hpp>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+
+#include <lightwell/status.hpp>
 
 #include "app/bracket_slot.hpp"
 #include "app/governor.hpp"
@@ -79,7 +80,7 @@ class Pipeline final : public Commands {
   RadianceScale scale_;
   bool config_changed_ = false, scale_changed_ = false, recovery_changed_ = false;
   Descriptor newest_;
-  double newest_factor_ = 1;  ///< The scale that `newest_` was made with.
+  double newest_factor_ = 1;                  ///< The scale that `newest_` was made with.
   std::vector<ClippedLight> newest_clipped_;  ///< Those of its lights.
   Recovery recovery_;
   bool has_newest_ = false;

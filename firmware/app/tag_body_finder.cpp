@@ -16,7 +16,8 @@ class TagBodyFinder final : public BodyFinder {
 
   Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
     if (view.lens < 0 || static_cast<std::size_t>(view.lens) >= rig_.lenses.size())
-      return Status(StatusCode::invalid_argument, "frame: lens " + std::to_string(view.lens) + " is not in the calibration");
+      return Status(StatusCode::invalid_argument,
+                    "frame: lens " + std::to_string(view.lens) + " is not in the calibration");
     if (const Status s = know(view); !s.ok()) return s;
     const Result<BodySighting> seen = tracker_.track(grey_.of(view), info.mid_exposure, view.lens);
     if (!seen) return seen.status();

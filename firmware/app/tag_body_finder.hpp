@@ -12,7 +12,8 @@
 
 namespace lightwell {
 
-/// By the body's AprilTags, followed from picture to picture. invalid_argument: a rig, a body or options that do not validate.
+/// By the body's AprilTags, followed from picture to picture. invalid_argument: a rig, a body or options that do not
+/// validate.
 [[nodiscard]] Result<std::unique_ptr<BodyFinder>> make_tag_body_finder(const RigParameters& rig, const MarkerBody& body,
                                                                        const BodyTrackerOptions& options = {});
 

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/equirect.hpp>
 #include <limits>
 #include <numbers>
+
+#include <lightwell/equirect.hpp>
 
 #include "calibration/projection.hpp"
 
@@ -29,8 +30,8 @@ double slope(const KannalaBrandtParameters& k, double theta) {
 
 /// The angle where r(theta) stops growing, at most `end`.
 double domain_end(const KannalaBrandtParameters& k, double end) {
-  // The slope is a polynomial of fourth degree in theta²: steps of a thousandth of the domain cannot step over a dip that
-  // matters.
+  // The slope is a polynomial of fourth degree in theta²: steps of a thousandth of the domain cannot step over a dip
+  // that matters.
   constexpr int kSteps = 1000;
   double low = 0;
   for (int i = 1; i <= kSteps; ++i) {
@@ -48,9 +49,9 @@ double domain_end(const KannalaBrandtParameters& k, double end) {
   return end;
 }
 
-/// Usenko et al. 2018, eq. 43 to 45: z > -w2 |p|. For xi < 0 that reaches a little past the fold, so the fold counts too:
-/// the radius, as a function of the angle psi at the second sphere's centre, stops growing (alpha > 1/2) or becomes
-/// infinite at cos psi = -w1, which is this z on the first.
+/// Usenko et al. 2018, eq. 43 to 45: z > -w2 |p|. For xi < 0 that reaches a little past the fold, so the fold counts
+/// too: the radius, as a function of the angle psi at the second sphere's centre, stops growing (alpha > 1/2) or
+/// becomes infinite at cos psi = -w1, which is this z on the first.
 double domain_end(const DoubleSphereParameters& d, double end) {
   const double w1 = d.alpha <= 0.5 ? d.alpha / (1 - d.alpha) : (1 - d.alpha) / d.alpha;
   const double w2 = (w1 + d.xi) / std::sqrt(2 * w1 * d.xi + d.xi * d.xi + 1);
@@ -69,8 +70,8 @@ double fold(const MeiParameters& m, double x, double y) {
   return ux > 0 && vy > 0 ? ux * vy - uy * uy : -1;
 }
 
-/// Where the sphere is seen edge-on (xi > 1: cos theta = -1/xi) or the plane ends (cos theta = -xi); or nearer, where the
-/// distortion folds the picture at any azimuth.
+/// Where the sphere is seen edge-on (xi > 1: cos theta = -1/xi) or the plane ends (cos theta = -xi); or nearer, where
+/// the distortion folds the picture at any azimuth.
 double domain_end(const MeiParameters& m, double end) {
   constexpr int kSteps = 1000, kAzimuths = 72;
   end = std::min(end, std::acos(m.xi > 1 ? -1 / m.xi : -m.xi) - 1e-9);
@@ -202,7 +203,8 @@ BasicCameraModel<T>::BasicCameraModel(const LensParameters& lens)
     : kind_(Kind::equirectangular),
       width_(lens.width),
       height_(lens.height),
-      max_angle_(std::visit([&](const auto& m) { return domain_end(m, std::min(lens.max_angle_rad, pi)); }, lens.model)) {
+      max_angle_(
+          std::visit([&](const auto& m) { return domain_end(m, std::min(lens.max_angle_rad, pi)); }, lens.model)) {
   if (const auto* k = std::get_if<KannalaBrandtParameters>(&lens.model)) {
     kind_ = Kind::kannala_brandt;
     keep<KannalaBrandtModel>(*k, p_);
@@ -227,7 +229,7 @@ std::optional<BasicPixelPosition<T>> BasicCameraModel<T>::project(Vec3<T> direct
   const T theta = std::atan2(std::hypot(d.x, d.y), d.z);
   if (theta > static_cast<T>(max_angle_) * (1 + kEdgeTolerance<T>)) return std::nullopt;
   BasicPixelPosition<T> out;
-  const bool known = kind_ == Kind::kannala_brandt  ? KannalaBrandtModel::project(p_.data(), d.x, d.y, d.z, out.x, out.y)
+  const bool known = kind_ == Kind::kannala_brandt ? KannalaBrandtModel::project(p_.data(), d.x, d.y, d.z, out.x, out.y)
                      : kind_ == Kind::double_sphere ? DoubleSphereModel::project(p_.data(), d.x, d.y, d.z, out.x, out.y)
                                                     : MeiModel::project(p_.data(), d.x, d.y, d.z, out.x, out.y);
   if (!known) return std::nullopt;

@@ -5,9 +5,10 @@
 #pragma once
 
 #include <array>
+#include <optional>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
-#include <optional>
 
 namespace lightwell {
 

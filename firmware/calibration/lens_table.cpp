@@ -50,8 +50,7 @@ class Lens {
     const auto at = model_.project(rotate(to_probe_.inverse(), direction));
     if (!at) return std::nullopt;
     const double column = std::floor(at->x + 0.5), row = std::floor(at->y + 0.5);
-    if (!(column >= 0 && column < parameters_->width && row >= 0 && row < parameters_->height))
-      return std::nullopt;
+    if (!(column >= 0 && column < parameters_->width && row >= 0 && row < parameters_->height)) return std::nullopt;
     return static_cast<std::int32_t>(row) * parameters_->width + static_cast<std::int32_t>(column);
   }
 
@@ -132,17 +131,15 @@ Patch rim_patch(const CameraModel& model, const std::array<Corner, 4>& corners) 
   return patch;
 }
 
-Patch patch_of(const CameraModel& model, const std::array<Corner, 4>& corners,
-               PixelPosition centre) {
-  const auto seen = std::count_if(corners.begin(), corners.end(),
-                                  [](const Corner& c) { return c.direction.has_value(); });
+Patch patch_of(const CameraModel& model, const std::array<Corner, 4>& corners, PixelPosition centre) {
+  const auto seen =
+      std::count_if(corners.begin(), corners.end(), [](const Corner& c) { return c.direction.has_value(); });
   if (seen == 0) return {};
   const auto middle = model.unproject(centre);
   if (seen < 4 || !middle) return rim_patch(model, corners);
   const Vec3d a = *corners[0].direction, b = *corners[1].direction;
   const Vec3d c = *corners[2].direction, d = *corners[3].direction;
-  const double omega =
-      std::abs(triangle_solid_angle(a, b, c)) + std::abs(triangle_solid_angle(a, c, d));
+  const double omega = std::abs(triangle_solid_angle(a, b, c)) + std::abs(triangle_solid_angle(a, c, d));
   return {*middle, omega, {a, b, c, d}};
 }
 
@@ -220,17 +217,16 @@ class TableBuilder {
       fill(below, j + 1);
       for (int i = 0; i < table_.width; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        const Patch patch =
-            patch_of(lens_.model(), {above[k], above[k + 1], below[k + 1], below[k]},
-                     {static_cast<double>(i), static_cast<double>(j)});
+        const Patch patch = patch_of(lens_.model(), {above[k], above[k + 1], below[k + 1], below[k]},
+                                     {static_cast<double>(i), static_cast<double>(j)});
         if (patch.solid_angle > 0) set(i, j, patch);
       }
     }
   }
 
   void set(int column, int row, const Patch& patch) {
-    const auto index = static_cast<std::size_t>(row) * static_cast<std::size_t>(table_.width) +
-                       static_cast<std::size_t>(column);
+    const auto index =
+        static_cast<std::size_t>(row) * static_cast<std::size_t>(table_.width) + static_cast<std::size_t>(column);
     const Vec3d d = rotate(lens_.to_probe(), patch.direction);
     double share = 1;
     if (other_ != nullptr) {
@@ -241,12 +237,10 @@ class TableBuilder {
       const bool beyond = other_->weight(dot(patch.direction, other_axis_)) == 0;
       if (twin || beyond) share = mean_share(lens_, *other_, other_axis_, patch);
     }
-    const double angle =
-        std::atan2(std::hypot(patch.direction.x, patch.direction.y), patch.direction.z);
+    const double angle = std::atan2(std::hypot(patch.direction.x, patch.direction.y), patch.direction.z);
     table_.direction[index] = vec_cast<float>(d);
     table_.solid_angle[index] = static_cast<float>(patch.solid_angle * share);
-    table_.inverse_vignetting[index] =
-        static_cast<float>(1 / vignetting(lens_.parameters().photometry, angle));
+    table_.inverse_vignetting[index] = static_cast<float>(1 / vignetting(lens_.parameters().photometry, angle));
     covered_sr_ += patch.solid_angle * share;
     RowSpan& span = table_.rows[static_cast<std::size_t>(row)];
     if (span.end == 0) span.first = column;

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
-#include <vector>
 
 namespace lightwell {
 
@@ -17,10 +18,10 @@ struct RowSpan {
 /// One lens's pixels, rows from the top. Entries of pixels that see nothing are zero.
 struct LensTable {
   int width = 0, height = 0;
-  bool equirectangular = false;      ///< Rows close on themselves, the first and last across a pole.
-  std::vector<RowSpan> rows;         ///< All pixels with a solid angle lie inside; some inside may have none.
-  std::vector<Vec3f> direction;      ///< Unit, probe frame.
-  std::vector<float> solid_angle;    ///< sr, exact for the pixel's four corners, times its share in the overlap.
+  bool equirectangular = false;           ///< Rows close on themselves, the first and last across a pole.
+  std::vector<RowSpan> rows;              ///< All pixels with a solid angle lie inside; some inside may have none.
+  std::vector<Vec3f> direction;           ///< Unit, probe frame.
+  std::vector<float> solid_angle;         ///< sr, exact for the pixel's four corners, times its share in the overlap.
   std::vector<float> inverse_vignetting;  ///< 1 / relative illumination, 1 where there is no vignetting.
   /// Where the other lens sees the same direction: index of that pixel there, or -1.
   std::vector<std::int32_t> twin;

@@ -1,16 +1,17 @@
 // From a direction to a pixel, for any scalar: float, double, and the dual numbers that a solver differentiates with.
 //   KannalaBrandtModel  DoubleSphereModel  MeiModel
 //   with_model  numbers_of  names_of  with_numbers
-// A model has kParameters numbers, in the order in which its parameters struct names them: fx, fy, cx, cy, then its own.
-// Directions are in the lens's axes, _cv (x right, y down, z forward), of any length. The domain is CameraModel's business:
-// here false says only that there is no number to give.
+// A model has kParameters numbers, in the order in which its parameters struct names them: fx, fy, cx, cy, then its
+// own. Directions are in the lens's axes, _cv (x right, y down, z forward), of any length. The domain is CameraModel's
+// business: here false says only that there is no number to give.
 #pragma once
 
 #include <array>
 #include <cmath>
-#include <lightwell/calibration.hpp>
 #include <variant>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
 
 namespace lightwell {
 
@@ -34,8 +35,8 @@ struct KannalaBrandtModel {
   static bool project(const T* p, const T& x, const T& y, const T& z, T& u, T& v) {
     using std::atan2, std::sqrt;
     const T across2 = x * x + y * y;
-    // About the axis r / across is 1 / z, and a square root has no derivative at zero. Nearer than this the next term is
-    // below the last digit.
+    // About the axis r / across is 1 / z, and a square root has no derivative at zero. Nearer than this the next term
+    // is below the last digit.
     T scale;
     if (across2 <= T(1e-16) * z * z) {
       if (!(z > T(0))) return false;
@@ -71,8 +72,8 @@ struct DoubleSphereModel {
   }
 };
 
-/// Mei & Rives 2007, eq. 2 to 6, with the distortion in OpenCV's order (omnidir): the unit sphere seen from xi behind its
-/// centre, then k1, k2 along and p1, p2 across the radius.
+/// Mei & Rives 2007, eq. 2 to 6, with the distortion in OpenCV's order (omnidir): the unit sphere seen from xi behind
+/// its centre, then k1, k2 along and p1, p2 across the radius.
 struct MeiModel {
   using Parameters = MeiParameters;
   static constexpr std::size_t kParameters = 9;

@@ -3,8 +3,9 @@
 //   radiance = x / (exposure_s * gain * vignetting) * white_balance * scale
 #pragma once
 
-#include <lightwell/calibration.hpp>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
 
 namespace lightwell {
 

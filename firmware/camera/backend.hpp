@@ -1,14 +1,15 @@
 // A camera: the one interface that every backend implements and the conformance suite holds them to.
 #pragma once
 
-#include <lightwell/calibration.hpp>
-#include <lightwell/config.hpp>
-#include <lightwell/pixel.hpp>
-#include <lightwell/result.hpp>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/config.hpp>
+#include <lightwell/pixel.hpp>
+#include <lightwell/result.hpp>
 
 #include "camera/frame.hpp"
 
@@ -16,12 +17,12 @@ namespace lightwell {
 
 /// What a camera will deliver once started.
 struct CameraInfo {
-  std::string name;                 ///< For people: "sim:city", "UVC Camera (046d:0825)".
-  int width = 0, height = 0;        ///< Of each view.
+  std::string name;           ///< For people: "sim:city", "UVC Camera (046d:0825)".
+  int width = 0, height = 0;  ///< Of each view.
   PixelFormat format = PixelFormat::rgb8;
   int lenses = 1;
-  double frame_rate = 0;            ///< Nominal, 1/s; 0 where frames come as fast as they are taken.
-  std::vector<double> exposure_s;   ///< The cycle in force; one entry where exposure does not change.
+  double frame_rate = 0;                     ///< Nominal, 1/s; 0 where frames come as fast as they are taken.
+  std::vector<double> exposure_s;            ///< The cycle in force; one entry where exposure does not change.
   std::optional<RigParameters> calibration;  ///< What the camera itself knows of its lenses, if anything.
   std::vector<std::string> notes;            ///< What was changed or mended to get there; worth saying once.
 };

@@ -4,10 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <lightwell/pixel.hpp>
-#include <lightwell/time.hpp>
 #include <span>
 #include <utility>
+
+#include <lightwell/pixel.hpp>
+#include <lightwell/time.hpp>
 
 namespace lightwell {
 

@@ -40,17 +40,14 @@ void copy_frame(const Frame& frame, Copy& copy) {
 
 Status FrameRecorderOptions::validate() const {
   if (queue >= 1 && queue <= 1024) return {};
-  return {StatusCode::invalid_argument,
-          "recorder.queue must be 1 to 1024, it is " + std::to_string(queue)};
+  return {StatusCode::invalid_argument, "recorder.queue must be 1 to 1024, it is " + std::to_string(queue)};
 }
 
 /// The queue and the thread behind it.
 class FrameRecorder::Writer {
  public:
   Writer(std::string path, RecordWriter file, const FrameRecorderOptions& options)
-      : path_(std::move(path)),
-        file_(std::move(file)),
-        copies_(static_cast<std::size_t>(options.queue)) {
+      : path_(std::move(path)), file_(std::move(file)), copies_(static_cast<std::size_t>(options.queue)) {
     for (Copy& copy : copies_) {
       copy.record.views.reserve(kMaxLenses);
       free_.push_back(&copy);
@@ -156,9 +153,8 @@ class FrameRecorder::Writer {
   std::thread thread_;
 };
 
-Result<std::unique_ptr<FrameRecorder>> FrameRecorder::open(const std::string& path,
-                                                           RecordingHeader header, FrameSink& next,
-                                                           const FrameRecorderOptions& options) {
+Result<std::unique_ptr<FrameRecorder>> FrameRecorder::open(const std::string& path, RecordingHeader header,
+                                                           FrameSink& next, const FrameRecorderOptions& options) {
   if (Status s = options.validate(); !s.ok()) return s;
   header.kind = RecordingKind::frames;
   Result<RecordWriter> file = RecordWriter::open(path, header);

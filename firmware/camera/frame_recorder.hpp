@@ -28,9 +28,9 @@ class FrameRecorder final : public FrameSink {
  public:
   /// Makes the file, or goes on with one of kind frames. `header.kind` is set here. `next` must
   /// outlive the recorder. Errors as RecordWriter::open(), and invalid_argument for the options.
-  [[nodiscard]] static Result<std::unique_ptr<FrameRecorder>> open(
-      const std::string& path, RecordingHeader header, FrameSink& next,
-      const FrameRecorderOptions& options = {});
+  [[nodiscard]] static Result<std::unique_ptr<FrameRecorder>> open(const std::string& path, RecordingHeader header,
+                                                                   FrameSink& next,
+                                                                   const FrameRecorderOptions& options = {});
 
   /// Writes what waits and ends the thread. No push() may be under way.
   ~FrameRecorder() override;
@@ -45,9 +45,8 @@ class FrameRecorder final : public FrameSink {
   // Counters, from any thread; recorded() + skipped() are all the frames that came and are no
   // longer waiting.
   [[nodiscard]] std::uint64_t recorded() const;  ///< Handed to the file.
-  [[nodiscard]] std::uint64_t skipped()
-      const;  ///< Not recorded: no room in the queue, or the recording had ended.
-  [[nodiscard]] std::uint64_t faults() const;  ///< Writes that failed.
+  [[nodiscard]] std::uint64_t skipped() const;   ///< Not recorded: no room in the queue, or the recording had ended.
+  [[nodiscard]] std::uint64_t faults() const;    ///< Writes that failed.
   /// The first write that failed, or ok. Names the file.
   [[nodiscard]] Status last_error() const;
 

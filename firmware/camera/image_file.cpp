@@ -23,10 +23,9 @@ struct CloseFile {
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
 Status io_error(const std::string& path, int error) {
-  const StatusCode code = error == ENOENT || error == ENOTDIR ? StatusCode::not_found
-                          : error == ENOSPC || error == EFBIG || error == EDQUOT
-                              ? StatusCode::resource_exhausted
-                              : StatusCode::failed_precondition;
+  const StatusCode code = error == ENOENT || error == ENOTDIR                    ? StatusCode::not_found
+                          : error == ENOSPC || error == EFBIG || error == EDQUOT ? StatusCode::resource_exhausted
+                                                                                 : StatusCode::failed_precondition;
   return {code, path + ": " + std::strerror(error)};
 }
 
@@ -53,8 +52,7 @@ bool starts_with(std::span<const std::byte> file, std::string_view magic) {
 }  // namespace
 
 Status check_image_size(const std::string& name, std::int64_t width, std::int64_t height) {
-  if (width > 0 && height > 0 && width <= kMaxImageSide && height <= kMaxImageSide &&
-      width * height <= kMaxImagePixels)
+  if (width > 0 && height > 0 && width <= kMaxImageSide && height <= kMaxImageSide && width * height <= kMaxImagePixels)
     return {};
   return image_refused(name, "a size of " + std::to_string(width) + " x " + std::to_string(height) +
                                  "; up to 64 megapixels are read, scale it down");
@@ -79,8 +77,7 @@ Result<Image> read_image(const std::string& path) {
   if (starts_with(*file, "\x89PNG")) return read_png(path, *file);
   if (starts_with(*file, "\xFF\xD8")) return read_jpeg(path, *file);
   if (starts_with(*file, "\x76\x2F\x31\x01")) return read_exr(path);
-  if (starts_with(*file, "#?RADIANCE") || starts_with(*file, "#?RGBE"))
-    return read_hdr(path, *file);
+  if (starts_with(*file, "#?RADIANCE") || starts_with(*file, "#?RGBE")) return read_hdr(path, *file);
   return image_refused(path, "not a PNG, JPEG, OpenEXR or Radiance HDR picture; convert it to one");
 }
 
@@ -90,8 +87,8 @@ Status write_png(const std::string& path, const Image& image) {
   File file(std::fopen(path.c_str(), "wb"));
   if (!file) return io_error(path, errno);
   errno = 0;
-  const bool written = std::fwrite(png->data(), 1, png->size(), file.get()) == png->size() &&
-                       std::fflush(file.get()) == 0;
+  const bool written =
+      std::fwrite(png->data(), 1, png->size(), file.get()) == png->size() && std::fflush(file.get()) == 0;
   const int error = errno;
   // A full disk may show only when the file is closed.
   if (std::fclose(file.release()) == 0 && written) return {};

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <lightwell/pixel.hpp>
-#include <lightwell/result.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/pixel.hpp>
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 

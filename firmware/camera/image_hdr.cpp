@@ -76,8 +76,7 @@ Status take_factor(const std::string& name, std::string_view line, Header& heade
     factor[1] = factor[2] = factor[0];
   } else {
     take_prefix(text, "COLORCORR=");
-    good = take_number(text, factor[0]) && take_number(text, factor[1]) &&
-           take_number(text, factor[2]);
+    good = take_number(text, factor[0]) && take_number(text, factor[1]) && take_number(text, factor[2]);
   }
   for (std::size_t c = 0; c < 3; ++c) {
     if (!good || !(factor[c] > 0) || !std::isfinite(factor[c]))
@@ -109,8 +108,8 @@ Result<Header> read_header(const std::string& name, Input& in) {
   if (!line) return truncated();
   std::string_view text = *line;
   std::int64_t width = 0, height = 0;
-  const bool upright = take_prefix(text, "-Y ") && take_number(text, height) &&
-                       take_prefix(text, " +X ") && take_number(text, width) && text.empty();
+  const bool upright = take_prefix(text, "-Y ") && take_number(text, height) && take_prefix(text, " +X ") &&
+                       take_number(text, width) && text.empty();
   if (!upright)
     return image_refused(name, "the size line '" + std::string(line->substr(0, 60)) +
                                    "', not '-Y height +X width'; convert it with pflip or protate");
@@ -168,8 +167,8 @@ RowEnd read_old_runs(Input& in, std::span<Rgbe> row, Rgbe first) {
 RowEnd read_row(Input& in, std::span<Rgbe> row) {
   const auto first = in.pixel();
   if (!first) return RowEnd::cut_off;
-  const bool new_runs = row.size() >= 8 && row.size() <= 0x7FFF && (*first)[0] == 2 &&
-                        (*first)[1] == 2 && (*first)[2] < 128;
+  const bool new_runs =
+      row.size() >= 8 && row.size() <= 0x7FFF && (*first)[0] == 2 && (*first)[1] == 2 && (*first)[2] < 128;
   if (!new_runs) return read_old_runs(in, row, *first);
   if ((std::size_t{(*first)[2]} << 8 | (*first)[3]) != row.size()) return RowEnd::damaged;
   return read_new_runs(in, row);
@@ -207,8 +206,7 @@ Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file)
     if (end == RowEnd::damaged) return image_damaged(name, where);
     store(row, *header, image.data.data() + image.stride() * static_cast<std::size_t>(y));
   }
-  if (in.left() > 0)
-    return image_damaged(name, std::to_string(in.left()) + " bytes follow the HDR's last row");
+  if (in.left() > 0) return image_damaged(name, std::to_string(in.left()) + " bytes follow the HDR's last row");
   return image;
 }
 

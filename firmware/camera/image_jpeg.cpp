@@ -20,9 +20,7 @@ bool is_frame_header(int marker) {
 
 bool stands_alone(int marker) { return marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7); }
 
-int byte_at(std::span<const std::byte> file, std::size_t i) {
-  return std::to_integer<int>(file[i]);
-}
+int byte_at(std::span<const std::byte> file, std::size_t i) { return std::to_integer<int>(file[i]); }
 int big_endian_16(std::span<const std::byte> file, std::size_t i) {
   return byte_at(file, i) << 8 | byte_at(file, i + 1);
 }
@@ -31,15 +29,11 @@ Status check_frame(const std::string& name, int marker, std::span<const std::byt
   if (marker > 0xC2) return image_refused(name, "a rare kind of JPEG; save it as baseline");
   if (segment.size() < 8) return image_damaged(name, "the JPEG's frame header is too short");
   if (byte_at(segment, 2) != 8)
-    return image_refused(
-        name, "a JPEG of " + std::to_string(byte_at(segment, 2)) + " bits; save it with 8");
-  if (Status s = check_image_size(name, big_endian_16(segment, 5), big_endian_16(segment, 3));
-      !s.ok())
-    return s;
+    return image_refused(name, "a JPEG of " + std::to_string(byte_at(segment, 2)) + " bits; save it with 8");
+  if (Status s = check_image_size(name, big_endian_16(segment, 5), big_endian_16(segment, 3)); !s.ok()) return s;
   const int components = byte_at(segment, 7);
   if (components != 1 && components != 3)
-    return image_refused(
-        name, "a JPEG of " + std::to_string(components) + " components (CMYK?); save it as RGB");
+    return image_refused(name, "a JPEG of " + std::to_string(components) + " components (CMYK?); save it as RGB");
   return {};
 }
 
@@ -56,8 +50,7 @@ std::size_t scan_end(std::span<const std::byte> file, std::size_t at) {
 /// Cameras append a second picture (MPF) or pad with zeros. Anything else is the rest of a scan
 /// whose end marker came too early.
 bool may_follow_the_end(std::span<const std::byte> rest) {
-  if (rest.size() >= 2 && byte_at(rest, 0) == 0xFF && byte_at(rest, 1) == kStartOfImage)
-    return true;
+  if (rest.size() >= 2 && byte_at(rest, 0) == 0xFF && byte_at(rest, 1) == kStartOfImage) return true;
   return std::ranges::all_of(rest, [](std::byte b) { return b == std::byte{0}; });
 }
 
@@ -67,13 +60,11 @@ Result<Image> read_jpeg(const std::string& name, std::span<const std::byte> file
   std::size_t at = 2;
   bool has_frame = false, has_scan = false;
   const auto truncated = [&] {
-    return image_truncated(
-        name, has_scan ? "the JPEG has no end marker" : "the JPEG's pixels are missing");
+    return image_truncated(name, has_scan ? "the JPEG has no end marker" : "the JPEG's pixels are missing");
   };
   while (true) {
     if (at + 1 >= file.size()) return truncated();
-    if (byte_at(file, at) != 0xFF)
-      return image_damaged(name, "no JPEG marker at byte " + std::to_string(at));
+    if (byte_at(file, at) != 0xFF) return image_damaged(name, "no JPEG marker at byte " + std::to_string(at));
     const int marker = byte_at(file, at + 1);
     if (marker == 0xFF) {  // A fill byte.
       ++at;
@@ -101,8 +92,8 @@ Result<Image> read_jpeg(const std::string& name, std::span<const std::byte> file
   }
   if (!has_frame || !has_scan) return image_damaged(name, "the JPEG has no pixels");
   if (!may_follow_the_end(file.subspan(at)))
-    return image_damaged(name, "the JPEG's end marker comes " + std::to_string(file.size() - at) +
-                                   " bytes before the file ends");
+    return image_damaged(
+        name, "the JPEG's end marker comes " + std::to_string(file.size() - at) + " bytes before the file ends");
   return decode_jpeg(name, file);
 }
 

@@ -4,7 +4,6 @@
 #include <csetjmp>
 #include <cstring>
 #include <exception>
-
 #include <png.h>
 
 #include "camera/image_readers.hpp"
@@ -37,8 +36,7 @@ class Reader {
  public:
   explicit Reader(std::span<const std::byte> file)
       : left_(file),
-        png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail,
-                                    &Errors::say_nothing)),
+        png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail, &Errors::say_nothing)),
         info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr) {}
   ~Reader() { png_destroy_read_struct(&png_, &info_, nullptr); }
   Reader(const Reader&) = delete;
@@ -64,8 +62,7 @@ class Reader {
     return attempt(errors, [&] {
       for (int pass = 0; pass < passes_; ++pass)
         for (int y = 0; y < height(); ++y)
-          png_read_row(
-              png_, reinterpret_cast<png_bytep>(to + stride * static_cast<std::size_t>(y)), nullptr);
+          png_read_row(png_, reinterpret_cast<png_bytep>(to + stride * static_cast<std::size_t>(y)), nullptr);
       png_read_end(png_, nullptr);
     });
   }
@@ -89,8 +86,7 @@ class Reader {
 class Writer {
  public:
   Writer()
-      : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail,
-                                     &Errors::say_nothing)),
+      : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail, &Errors::say_nothing)),
         info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr) {}
   ~Writer() { png_destroy_write_struct(&png_, &info_); }
   Writer(const Writer&) = delete;
@@ -103,14 +99,12 @@ class Writer {
       // Fast rather than small: frames are written by the thousand and read once.
       png_set_compression_level(png_, 1);
       png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-      png_set_IHDR(png_, info_, static_cast<png_uint_32>(image.width),
-                   static_cast<png_uint_32>(image.height), 8, PNG_COLOR_TYPE_RGB,
-                   PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+      png_set_IHDR(png_, info_, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
+                   PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
       png_write_info(png_, info_);
       for (int y = 0; y < image.height; ++y)
-        png_write_row(png_,
-                      reinterpret_cast<png_const_bytep>(
-                          image.data.data() + image.stride() * static_cast<std::size_t>(y)));
+        png_write_row(
+            png_, reinterpret_cast<png_const_bytep>(image.data.data() + image.stride() * static_cast<std::size_t>(y)));
       png_write_end(png_, info_);
     });
   }
@@ -142,11 +136,9 @@ Result<Image> decode_png(const std::string& name, std::span<const std::byte> fil
   Reader reader(file);
   if (!reader.read_header()) return image_damaged(name, reader.errors.said.data());
   Image image{reader.width(), reader.height(), PixelFormat::rgb8, {}};
-  if (reader.row_bytes() != image.stride())
-    return image_damaged(name, "its decoder gave no 8-bit colours");
+  if (reader.row_bytes() != image.stride()) return image_damaged(name, "its decoder gave no 8-bit colours");
   image.data.resize(image.stride() * static_cast<std::size_t>(image.height));
-  if (!reader.read_rows(image.data.data(), image.stride()))
-    return image_damaged(name, reader.errors.said.data());
+  if (!reader.read_rows(image.data.data(), image.stride())) return image_damaged(name, reader.errors.said.data());
   return image;
 }
 

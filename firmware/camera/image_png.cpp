@@ -23,8 +23,7 @@ std::uint32_t crc32(std::span<const std::byte> bytes) {
     return t;
   }();
   std::uint32_t crc = 0xFFFFFFFFU;
-  for (const std::byte b : bytes)
-    crc = (crc >> 8) ^ table[(crc ^ std::to_integer<std::uint32_t>(b)) & 255U];
+  for (const std::byte b : bytes) crc = (crc >> 8) ^ table[(crc ^ std::to_integer<std::uint32_t>(b)) & 255U];
   return ~crc;
 }
 
@@ -63,8 +62,7 @@ Result<Image> read_png(const std::string& name, std::span<const std::byte> file)
     constexpr std::size_t kAround = 12;  // Length, type and sum.
     const std::span<const std::byte> rest = file.subspan(at);
     if (rest.size() < kAround || rest.size() - kAround < big_endian_32(rest))
-      return image_truncated(
-          name, has_pixels ? "the PNG's end is missing" : "the PNG's pixels are missing");
+      return image_truncated(name, has_pixels ? "the PNG's end is missing" : "the PNG's pixels are missing");
     const std::size_t length = big_endian_32(rest);
     const std::string_view type(reinterpret_cast<const char*>(rest.data()) + 4, 4);
     const auto data = rest.subspan(8, length);

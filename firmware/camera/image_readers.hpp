@@ -18,8 +18,7 @@ inline constexpr std::int64_t kMaxImagePixels = std::int64_t{64} << 20;
 inline constexpr std::int64_t kMaxImageSide = 65536;
 
 /// invalid_argument for a size that no camera of ours has.
-[[nodiscard]] Status check_image_size(const std::string& name, std::int64_t width,
-                                      std::int64_t height);
+[[nodiscard]] Status check_image_size(const std::string& name, std::int64_t width, std::int64_t height);
 
 [[nodiscard]] Status image_truncated(const std::string& name, const std::string& where);
 [[nodiscard]] Status image_damaged(const std::string& name, const std::string& where);

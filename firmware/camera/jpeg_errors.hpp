@@ -4,14 +4,13 @@
 #include <array>
 #include <csetjmp>
 #include <cstdio>
-
 #include <jerror.h>
 #include <jpeglib.h>
 
 namespace lightwell {
 
-/// libjpeg calls back with its own structure, which is therefore the first member. It leaves by longjmp to `give_up`: nothing with a
-/// destructor may live between that setjmp and a call of libjpeg.
+/// libjpeg calls back with its own structure, which is therefore the first member. It leaves by longjmp to `give_up`:
+/// nothing with a destructor may live between that setjmp and a call of libjpeg.
 struct JpegErrors {
   jpeg_error_mgr manager{};
   std::jmp_buf give_up{};

@@ -11,9 +11,8 @@ Status bad_uri(std::string_view text, const std::string& what) {
 }
 
 bool is_scheme(std::string_view name) {
-  return !name.empty() && std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-  });
+  return !name.empty() &&
+         std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
 }
 
 /// Levenshtein's distance with unit costs.
@@ -42,8 +41,7 @@ Result<CameraUri> parse_camera_uri(std::string_view text) {
   CameraUri uri;
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos || !is_scheme(text.substr(0, colon)))
-    return bad_uri(text,
-                   "no scheme; write scheme:path?key=value, for example replay:room.lwrec?loop=0");
+    return bad_uri(text, "no scheme; write scheme:path?key=value, for example replay:room.lwrec?loop=0");
   uri.scheme = text.substr(0, colon);
   const std::string_view rest = text.substr(colon + 1);
   const std::size_t question = rest.find('?');
@@ -91,8 +89,7 @@ Status check_parameters(const CameraUri& uri, const std::vector<std::string_view
   for (const auto& [key, value] : uri.parameters) {
     if (std::ranges::find(known, key) != known.end()) continue;
     std::string message = "no parameter '" + key + "'";
-    if (const std::string near = nearest_name(key, known); !near.empty())
-      message += "; did you mean '" + near + "'?";
+    if (const std::string near = nearest_name(key, known); !near.empty()) message += "; did you mean '" + near + "'?";
     message += known.empty() ? "; this camera takes none" : "; known are:";
     for (const std::string_view name : known) message += " " + std::string(name);
     return bad_uri(uri.scheme + ":" + uri.path, message);

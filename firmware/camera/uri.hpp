@@ -1,11 +1,12 @@
 // "scheme:path?key=value&key=value": how a camera and its settings are named.
 #pragma once
 
-#include <lightwell/result.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 

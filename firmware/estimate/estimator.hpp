@@ -1,10 +1,11 @@
 // From a bracket of frames to a descriptor: the one interface of all sources of light.
 #pragma once
 
+#include <span>
+
 #include <lightwell/config.hpp>
 #include <lightwell/descriptor.hpp>
 #include <lightwell/result.hpp>
-#include <span>
 
 #include "camera/frame.hpp"
 #include "estimate/common/clipped_energy.hpp"
@@ -32,11 +33,11 @@ class Estimator {
   virtual void set_scale(RadianceScale scale) = 0;
   [[nodiscard]] virtual RadianceScale scale() const = 0;
 
-  /// Of the last estimate: lights of it that were saturated in every exposure. Empty where nothing was, or where what was
-  /// is no light: then no reading can recover it.
+  /// Of the last estimate: lights of it that were saturated in every exposure. Empty where nothing was, or where what
+  /// was is no light: then no reading can recover it.
   [[nodiscard]] virtual std::span<const ClippedLight> clipped_lights() const { return {}; }
-  /// Takes effect with the next estimate, and lasts for each light as long as it is clipped without a break and the scale
-  /// stays. What recover() made of the last estimate's descriptor and clipped_lights().
+  /// Takes effect with the next estimate, and lasts for each light as long as it is clipped without a break and the
+  /// scale stays. What recover() made of the last estimate's descriptor and clipped_lights().
   virtual void set_recovery(const Recovery& recovery) { (void)recovery; }
 };
 

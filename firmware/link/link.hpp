@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <lightwell/result.hpp>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 
@@ -16,7 +17,8 @@ using EncodedDescriptor = std::shared_ptr<const std::vector<std::byte>>;
 struct LinkCounters {
   std::uint32_t clients = 0;
   std::uint64_t coalesced = 0;  ///< Descriptors that a slow listener did not get because a newer one came.
-  std::uint64_t messages_refused = 0;  ///< From outside: no message, never whole, damaged, too large, not for us, played again or too many.
+  std::uint64_t messages_refused =
+      0;  ///< From outside: no message, never whole, damaged, too large, not for us, played again or too many.
   std::uint64_t authentication_failures = 0;  ///< Calls of nobody that the probe knows.
 };
 
@@ -35,8 +37,8 @@ class Link {
   [[nodiscard]] virtual LinkCounters counters() const = 0;
   /// Where clients reach it, "grpc://127.0.0.1:7420". Known after start().
   [[nodiscard]] virtual std::string address() const = 0;
-  /// Why nobody is reached through it at the moment, for a person; empty while all is well. A link that needs a third party
-  /// (a broker) starts without it and says so here.
+  /// Why nobody is reached through it at the moment, for a person; empty while all is well. A link that needs a third
+  /// party (a broker) starts without it and says so here.
   [[nodiscard]] virtual std::string trouble() const { return {}; }
 };
 

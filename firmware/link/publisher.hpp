@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <lightwell/codec.hpp>
-#include <lightwell/descriptor.hpp>
 #include <memory>
 #include <vector>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/descriptor.hpp>
 
 #include "link/link.hpp"
 

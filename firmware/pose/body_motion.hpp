@@ -12,10 +12,10 @@ namespace lightwell {
 
 /// Standard deviations of what is not known. Larger: wider searches, faster hands followed.
 struct MotionOptions {
-  double first_speed_m_per_s = 0.4;      ///< Before two sightings.
-  double first_turn_rad_per_s = 2;       ///< Likewise.
-  double acceleration_m_per_s2 = 6;      ///< A hand that starts or stops.
-  double acceleration_rad_per_s2 = 40;   ///< Likewise.
+  double first_speed_m_per_s = 0.4;     ///< Before two sightings.
+  double first_turn_rad_per_s = 2;      ///< Likewise.
+  double acceleration_m_per_s2 = 6;     ///< A hand that starts or stops.
+  double acceleration_rad_per_s2 = 40;  ///< Likewise.
 
   [[nodiscard]] Status validate() const;
 };

@@ -37,8 +37,7 @@ bool near(const std::optional<BodyPrediction>& prediction, const Pose& pose) {
   Matrix6d covariance;
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c)
-      covariance(r, c) =
-          prediction->probe_body.covariance[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+      covariance(r, c) = prediction->probe_body.covariance[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
   const Eigen::LLT<Matrix6d> root(covariance);
   if (root.info() != Eigen::Success) return false;
   return error.dot(root.solve(error)) < kNear;
@@ -95,7 +94,8 @@ Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>
   Attitudes out;
   out.best = solved(choice.used, std::nullopt, choice.solution.probe_world(), Loss::firm, kEffort);
   if (!std::isfinite(out.best.cost)) return out;
-  CornerSolution other = solved(choice.used, std::nullopt, flipped(choice.used, out.best.probe_world()), Loss::firm, kEffort);
+  CornerSolution other =
+      solved(choice.used, std::nullopt, flipped(choice.used, out.best.probe_world()), Loss::firm, kEffort);
   if (!std::isfinite(other.cost)) return out;
   const Quat between = other.probe_middle.rotation * out.best.probe_middle.rotation.inverse();
   // Two runs into one valley.
@@ -107,7 +107,8 @@ Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>
   const double scale = std::max(1.0, out.best.cost / freedom);
   out.ambiguous = out.other.cost - out.best.cost < 2 * std::log(odds) * scale;
   if (out.ambiguous && prediction && prediction->attitude_known) {
-    const bool best_near = near(prediction, out.best.probe_world()), other_near = near(prediction, out.other.probe_world());
+    const bool best_near = near(prediction, out.best.probe_world()),
+               other_near = near(prediction, out.other.probe_world());
     if (best_near != other_near) {
       if (other_near) std::swap(out.best, out.other);
       out.ambiguous = false;
@@ -118,8 +119,7 @@ Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>
 
 std::string why_none(const std::vector<TagUse>& uses, std::size_t foreign) {
   if (uses.empty()) return "no tag is seen";
-  if (foreign == uses.size())
-    return "none of the " + std::to_string(uses.size()) + " seen tags is one of the body's";
+  if (foreign == uses.size()) return "none of the " + std::to_string(uses.size()) + " seen tags is one of the body's";
   for (const TagUse& use : uses)
     if (!use.left_out.empty()) return "no seen tag is of use: " + use.left_out;
   return "no seen tag is of use";
@@ -158,8 +158,7 @@ Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body,
   std::size_t foreign = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const SeenTag& s = seen[i];
-    if (!rig.has(s.lens))
-      return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
+    if (!rig.has(s.lens)) return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
     TagUse& use = out.tags.emplace_back(TagUse{s.lens, s.tag.family, s.tag.id, 0, false, {}});
     const auto tag = std::find_if(tags->begin(), tags->end(),
                                   [&](const TagInRoom& t) { return t.family == s.tag.family && t.id == s.tag.id; });
@@ -184,8 +183,9 @@ Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body,
   const Choice choice = choose(all, prediction);
   if (choice.used.empty())
     return Status(StatusCode::failed_precondition,
-                  "body: the " + std::to_string(all.size()) + " tags seen of it contradict each other, no majority "
-                  "agrees on a pose; check that the body is built as its file says, and that only one is in view");
+                  "body: the " + std::to_string(all.size()) +
+                      " tags seen of it contradict each other, no majority "
+                      "agrees on a pose; check that the body is built as its file says, and that only one is in view");
   if (choice.used.size() < static_cast<std::size_t>(options.least_tags))
     return Status(StatusCode::not_found, "body: " + std::to_string(choice.used.size()) +
                                              " of its tags agree on a pose; least_tags asks for " +

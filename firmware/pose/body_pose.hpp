@@ -50,7 +50,8 @@ struct BodyPoseOptions {
 /// What the corners say of the focal length, from how much nearer parts of the body look larger.
 struct FocalCheck {
   double excess = 0;  ///< By what share of itself the calibration's is too long.
-  double sigma = 0;   ///< Standard deviation; infinite where it is beyond 0.05: then nothing is said. Means of many frames say more.
+  double sigma = 0;   ///< Standard deviation; infinite where it is beyond 0.05: then nothing is said. Means of many
+                      ///< frames say more.
 };
 
 struct BodyPose {
@@ -71,12 +72,12 @@ struct BodyPose {
 };
 
 /// `rig` (a RigParameters will do, see PlacedLenses) and `body` have passed validate(). Left out and named in `tags`: a
-/// number that the body does not have, a tag that is on edge, mirrored, outside of what the lens sees, turned away in the
-/// answer, or contradicts the majority (one that is covered in part, or hangs on another body). The same number may be
-/// seen several times.
-/// not_found: no tag of the body is left, or fewer than least_tags. failed_precondition: tags contradict each other so
-/// that no majority agrees, and no prediction is near one side; corners that determine no pose. invalid_argument: a
-/// number that is NaN, a covariance that is none, a lens that the rig does not have, options that do not validate.
+/// number that the body does not have, a tag that is on edge, mirrored, outside of what the lens sees, turned away in
+/// the answer, or contradicts the majority (one that is covered in part, or hangs on another body). The same number may
+/// be seen several times. not_found: no tag of the body is left, or fewer than least_tags. failed_precondition: tags
+/// contradict each other so that no majority agrees, and no prediction is near one side; corners that determine no
+/// pose. invalid_argument: a number that is NaN, a covariance that is none, a lens that the rig does not have, options
+/// that do not validate.
 [[nodiscard]] Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body,
                                               std::span<const SeenTag> seen,
                                               const std::optional<BodyPrediction>& prediction = std::nullopt,

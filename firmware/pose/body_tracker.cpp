@@ -77,9 +77,9 @@ Result<BodyTracker> BodyTracker::make(const MarkerBody& body, const RigParameter
   detect.linear = options.linear;
   Result<TagDetector> detector = TagDetector::make(detect);
   if (!detector) return detector.status();
-  return BodyTracker(std::make_unique<Inside>(Inside{body, rig, options, std::move(*tags), std::move(*detector),
-                                                     BodyMotion(options.motion),
-                                                     std::vector<bool>(rig.lenses.size(), false)}));
+  return BodyTracker(
+      std::make_unique<Inside>(Inside{body, rig, options, std::move(*tags), std::move(*detector),
+                                      BodyMotion(options.motion), std::vector<bool>(rig.lenses.size(), false)}));
 }
 
 void BodyTracker::reset() {
@@ -104,7 +104,8 @@ Result<BodySighting> BodyTracker::track(const GreyPicture& picture, ProbeTime mi
   out.least_contrast = contrast_above_noise(picture);
   const std::optional<BodyPrediction> expected = in.motion.at(mid_exposure);
   in.look(picture, through, in.seen[l] ? expected : std::nullopt, out);
-  Result<std::vector<TagDetection>> tags = in.detector.detect_in(picture, {out.region, out.decimate, out.least_contrast});
+  Result<std::vector<TagDetection>> tags =
+      in.detector.detect_in(picture, {out.region, out.decimate, out.least_contrast});
   if (!tags) return tags.status();
   out.tags = std::move(*tags);
   std::vector<SeenTag> seen;

@@ -64,7 +64,8 @@ class BodyTracker {
 
   /// A picture that does not show the body is no error. The predicted part is looked at where the last picture of this
   /// lens showed it; all of the picture otherwise. Times that go back are taken for a new beginning.
-  /// invalid_argument: a picture that does not validate or is not of the lens's size, a lens that the rig does not have.
+  /// invalid_argument: a picture that does not validate or is not of the lens's size, a lens that the rig does not
+  /// have.
   [[nodiscard]] Result<BodySighting> track(const GreyPicture& picture, ProbeTime mid_exposure, int lens = 0);
   /// Nothing is expected any more.
   void reset();

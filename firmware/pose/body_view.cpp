@@ -15,8 +15,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kOnEdge = 80 * kDegree;
 /// And those beyond this say little that the others do not.
 constexpr double kWorth = 70 * kDegree;
-/// A tag this much smaller than the largest would cost more than it says. Those around a dodecahedron's face that is seen
-/// head-on are narrower by 0.45.
+/// A tag this much smaller than the largest would cost more than it says. Those around a dodecahedron's face that is
+/// seen head-on are narrower by 0.45.
 constexpr double kSmaller = 0.4;
 /// Standard deviations.
 constexpr double kSure = 3;
@@ -96,8 +96,8 @@ std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoo
 }
 
 double decimate_for(double cell_px) {
-  // AprilTag takes one pixel of d x d for all whole d, and means for 1.5, which finds tags that are nearly as small as in
-  // the picture itself, in a quarter of its time.
+  // AprilTag takes one pixel of d x d for all whole d, and means for 1.5, which finds tags that are nearly as small as
+  // in the picture itself, in a quarter of its time.
   for (const double d : {4.0, 3.0, 2.0})
     if (cell_px >= 3.5 * d) return d;
   return cell_px >= 2.5 * 1.5 ? 1.5 : 1;

@@ -10,7 +10,8 @@
 namespace lightwell {
 
 struct BodyView {
-  PixelRegion region;  ///< Around all tags that may face the lens, by three standard deviations; may reach beyond the picture.
+  PixelRegion
+      region;  ///< Around all tags that may face the lens, by three standard deviations; may reach beyond the picture.
   double cell_px = 0;  ///< The shorter side of a cell of the smallest tag that is worth finding.
 };
 

@@ -52,7 +52,8 @@ std::optional<RefinedCorner> meeting(const Edge& a, const Edge& b, double s0 = 0
   return RefinedCorner{{p.x(), p.y()}, {c(0, 0), c(0, 1), c(1, 1)}};
 }
 
-/// The edge from `corner` to `end` of a tag whose opposite side `opposite` tells where its inside is, as far as `reach`.
+/// The edge from `corner` to `end` of a tag whose opposite side `opposite` tells where its inside is, as far as
+/// `reach`.
 std::optional<Edge> edge_from(Vector2d corner, Vector2d end, Vector2d opposite, int edge_cells, double reach) {
   Edge e;
   const double length = (end - corner).norm();

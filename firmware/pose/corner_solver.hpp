@@ -26,11 +26,11 @@ using Quads = std::vector<const SeenQuad*>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-/// Solved for is where the middle of the corners is and how the world is turned about it: six numbers that hardly depend
-/// on each other, wherever the world has its origin.
+/// Solved for is where the middle of the corners is and how the world is turned about it: six numbers that hardly
+/// depend on each other, wherever the world has its origin.
 struct CornerSolution {
-  Pose probe_middle;  ///< The world's axes, the origin moved to `middle`.
-  Vec3d middle;       ///< World.
+  Pose probe_middle;                                      ///< The world's axes, the origin moved to `middle`.
+  Vec3d middle;                                           ///< World.
   double cost = std::numeric_limits<double>::infinity();  ///< Sum of squares after the loss.
   Matrix6d information = Matrix6d::Zero();                ///< Of probe_middle as UncertainPose has it, without a scale.
   /// Without the loss: two rows a corner, in the order of quads and corners, in standard deviations; and their slopes.
@@ -76,7 +76,6 @@ struct SolverEffort {
 [[nodiscard]] PoseCovariance covariance_from(const Matrix6d& m);
 
 /// In the picture, of a tag's four corners against a pose; infinite where the lens would not see one of them.
-[[nodiscard]] double rms_px(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag,
-                            const Pose& probe_world);
+[[nodiscard]] double rms_px(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag, const Pose& probe_world);
 
 }  // namespace lightwell

@@ -127,8 +127,8 @@ std::vector<Sample> band(const LinearPicture& picture, const Edge& edge, double 
   return out;
 }
 
-/// Normal distribution and density, by cubics between values 1/32 apart: to 4e-9, in a tenth of the time of erfc and exp,
-/// which took a third of a fit's.
+/// Normal distribution and density, by cubics between values 1/32 apart: to 4e-9, in a tenth of the time of erfc and
+/// exp, which took a third of a fit's.
 class NormalTable {
  public:
   struct Value {

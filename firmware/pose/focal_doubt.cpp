@@ -15,8 +15,8 @@ constexpr double kTooWide = 0.05;
 
 }  // namespace
 
-/// Linear least squares in the six numbers x and the focal length's excess e: residuals are r + J x + e g. The pose that
-/// was solved for took e for zero, which moves it by (J'J)⁻¹ J'g for e of one; what J cannot take up of g shows e.
+/// Linear least squares in the six numbers x and the focal length's excess e: residuals are r + J x + e g. The pose
+/// that was solved for took e for zero, which moves it by (J'J)⁻¹ J'g for e of one; what J cannot take up of g shows e.
 FocalDoubt focal_doubt(const PlacedLenses& rig, std::span<const SeenTag> seen, const Quads& quads,
                        const CornerSolution& solution) {
   FocalDoubt out;

@@ -23,8 +23,8 @@ struct GreyPicture {
   [[nodiscard]] Status validate() const;
 };
 
-/// The least contrast that is more than noise, for TagDetector: from by how much values differ within windows of 12 x 12
-/// pixels all over the picture, those that are rather flat. 5 (a clean picture) to 15; takes 20 us.
+/// The least contrast that is more than noise, for TagDetector: from by how much values differ within windows of 12 x
+/// 12 pixels all over the picture, those that are rather flat. 5 (a clean picture) to 15; takes 20 us.
 [[nodiscard]] int contrast_above_noise(const GreyPicture& picture);
 
 }  // namespace lightwell

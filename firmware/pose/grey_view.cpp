@@ -23,8 +23,10 @@ constexpr std::size_t kSampleStride = 37;
 void grey_of_mosaic(const View& view, int shift, std::uint8_t* out) {
   const bool words = view.format != PixelFormat::bayer_rggb8;
   const auto site = [&](int x, int y) -> unsigned {
-    const std::byte* at = view.data.data() + static_cast<std::size_t>(y) * view.stride + static_cast<std::size_t>(x) * (words ? 2 : 1);
-    const unsigned v = words ? std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8 : std::to_integer<unsigned>(at[0]);
+    const std::byte* at =
+        view.data.data() + static_cast<std::size_t>(y) * view.stride + static_cast<std::size_t>(x) * (words ? 2 : 1);
+    const unsigned v = words ? std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8
+                             : std::to_integer<unsigned>(at[0]);
     return std::min(v >> shift, 255U);
   };
   for (int y = 0; y < view.height; ++y)
@@ -48,11 +50,15 @@ GreyPicture GreyView::of(const View& view) {
     return {};
   const auto width = static_cast<std::size_t>(view.width), height = static_cast<std::size_t>(view.height);
   if (view.format == PixelFormat::nv12)
-    return {{reinterpret_cast<const std::uint8_t*>(view.data.data()), view.stride * height}, view.width, view.height, view.stride};
+    return {{reinterpret_cast<const std::uint8_t*>(view.data.data()), view.stride * height},
+            view.width,
+            view.height,
+            view.stride};
   bytes_.resize(width * height);
   const auto row = [&view](std::size_t y) { return view.data.data() + y * view.stride; };
   switch (view.format) {
-    case PixelFormat::nv12: break;
+    case PixelFormat::nv12:
+      break;
     case PixelFormat::rgb8:
       for (std::size_t y = 0; y < height; ++y) {
         const auto* in = reinterpret_cast<const std::uint8_t*>(row(y));
@@ -68,9 +74,15 @@ GreyPicture GreyView::of(const View& view) {
         for (std::size_t x = 0; x < width; ++x) out[x] = in[2 * x];
       }
       break;
-    case PixelFormat::bayer_rggb8: grey_of_mosaic(view, 0, bytes_.data()); break;
-    case PixelFormat::bayer_rggb10: grey_of_mosaic(view, 2, bytes_.data()); break;
-    case PixelFormat::bayer_rggb12: grey_of_mosaic(view, 4, bytes_.data()); break;
+    case PixelFormat::bayer_rggb8:
+      grey_of_mosaic(view, 0, bytes_.data());
+      break;
+    case PixelFormat::bayer_rggb10:
+      grey_of_mosaic(view, 2, bytes_.data());
+      break;
+    case PixelFormat::bayer_rggb12:
+      grey_of_mosaic(view, 4, bytes_.data());
+      break;
     case PixelFormat::rgb_f32: {
       sample_.clear();
       for (std::size_t i = 0; i < width * height; i += kSampleStride) {
@@ -79,14 +91,16 @@ GreyPicture GreyView::of(const View& view) {
       }
       float white = 1;
       if (!sample_.empty()) {
-        const auto at = sample_.begin() + static_cast<std::ptrdiff_t>((1 - kAboveWhite) * static_cast<double>(sample_.size() - 1));
+        const auto at =
+            sample_.begin() + static_cast<std::ptrdiff_t>((1 - kAboveWhite) * static_cast<double>(sample_.size() - 1));
         std::nth_element(sample_.begin(), at, sample_.end());
         white = *at;
       }
       for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x) {
           const float g = float_at(row(y) + 12 * x + 4) / white;
-          bytes_[y * width + x] = g > 0 ? static_cast<std::uint8_t>(255 * std::sqrt(std::min(g, 1.0F)) + 0.5F) : std::uint8_t{0};
+          bytes_[y * width + x] =
+              g > 0 ? static_cast<std::uint8_t>(255 * std::sqrt(std::min(g, 1.0F)) + 0.5F) : std::uint8_t{0};
         }
       break;
     }

@@ -14,9 +14,9 @@ namespace lightwell {
 /// Holds the grey picture's memory, which is used again for the next one.
 class GreyView {
  public:
-  /// Luma of NV12 as it is; of the others r + 2 g + b, luma, or what a mosaic's green says around each photosite; of floats the root of green,
-  /// as bright as its brightest hundredth. Good until the next call, and as long as the view's data. A view that does not hold what its
-  /// size says comes out empty.
+  /// Luma of NV12 as it is; of the others r + 2 g + b, luma, or what a mosaic's green says around each photosite; of
+  /// floats the root of green, as bright as its brightest hundredth. Good until the next call, and as long as the
+  /// view's data. A view that does not hold what its size says comes out empty.
   [[nodiscard]] GreyPicture of(const View& view);
 
  private:

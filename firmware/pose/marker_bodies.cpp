@@ -133,7 +133,8 @@ Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec
   const auto angle = [](const HalfPlane& e) {
     return std::fmod(std::atan2(e.b, e.a) + 2.5 * std::numbers::pi + 1e-6, 2 * std::numbers::pi);
   };
-  std::sort(out.edges.begin(), out.edges.end(), [&](const HalfPlane& p, const HalfPlane& q) { return angle(p) < angle(q); });
+  std::sort(out.edges.begin(), out.edges.end(),
+            [&](const HalfPlane& p, const HalfPlane& q) { return angle(p) < angle(q); });
   for (std::size_t i = 0; i < out.edges.size(); ++i) {
     const HalfPlane& p = out.edges[(i + out.edges.size() - 1) % out.edges.size()];
     const HalfPlane& q = out.edges[i];
@@ -151,7 +152,8 @@ double largest_half_square(const std::vector<HalfPlane>& edges) {
 }
 
 Status check(double size_m, const std::string& field, TagFamily family, int first_id, std::size_t tags) {
-  if (!(size_m > 0 && size_m <= kLargest)) return wrong(field + " is " + brief(size_m) + "; it is in metres, above 0 and at most 10");
+  if (!(size_m > 0 && size_m <= kLargest))
+    return wrong(field + " is " + brief(size_m) + "; it is in metres, above 0 and at most 10");
   const int known = shape_of(family).tags, needed = static_cast<int>(tags);
   if (first_id < 0 || first_id > known - needed)
     return wrong("first_id is " + std::to_string(first_id) + " and the body has " + std::to_string(needed) + " tags; " +
@@ -172,15 +174,16 @@ Result<double> tag_size(double given, double chosen, TagFamily family, double ha
 std::string in_mm(double metres) { return brief(1000 * metres) + " mm"; }
 
 Result<MarkerBody> make_solid(const std::string& name, const std::vector<Vec3d>& normals, const SolidOptions& options) {
-  if (const Status s = check(options.size_m, "size_m", options.family, options.first_id, normals.size()); !s.ok()) return s;
+  if (const Status s = check(options.size_m, "size_m", options.family, options.first_id, normals.size()); !s.ok())
+    return s;
   MarkerBody out;
   out.name = name + " " + in_mm(options.size_m) + " " + std::string(to_string(options.paper));
   out.tag_family = to_string(options.family);
   for (std::size_t i = 0; i < normals.size(); ++i) {
     const Vec3d up = i == 0 ? Vec3d{0, 0, -1} : i + 1 == normals.size() ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0};
     Shaped shaped = shape(normals, i, options.size_m / 2, up);
-    const Result<double> tag = tag_size(options.tag_size_m, tag_size_for(options.family, shaped.edges[0].c), options.family,
-                                        largest_half_square(shaped.edges));
+    const Result<double> tag = tag_size(options.tag_size_m, tag_size_for(options.family, shaped.edges[0].c),
+                                        options.family, largest_half_square(shaped.edges));
     if (!tag) return tag.status();
     out.tag_size_m = tidy(*tag);
     MarkerFace face;
@@ -254,7 +257,8 @@ Result<MarkerBody> make_cube(const SolidOptions& options) {
 Result<MarkerBody> make_icosahedron(const SolidOptions& options) {
   std::vector<Vec3d> normals = {{0, 1, 0}};
   for (int k = 0; k < 3; ++k) normals.push_back(normal_at(std::sqrt(5.0) / 3, degrees(120 * k)));
-  // Normals of neighbours have sqrt(5)/3 as their product; this azimuth from a face of the first ring gives that at height 1/3.
+  // Normals of neighbours have sqrt(5)/3 as their product; this azimuth from a face of the first ring gives that at
+  // height 1/3.
   const double turn = std::acos(std::sqrt(5.0 / 8));
   for (int k = 0; k < 3; ++k) {
     normals.push_back(normal_at(1.0 / 3, degrees(120 * k) + turn));
@@ -270,7 +274,8 @@ Result<MarkerBody> make_ball_on_tag(const BallOnTagOptions& options) {
   const double d = options.ball_diameter_m;
   if (const Status s = check(d, "ball_diameter_m", options.family, options.id, 1); !s.ok()) return s;
   // The ball hides the sheet beyond 0.5 d from the tag's centre; the white square ends before.
-  const Result<double> tag = tag_size(options.tag_size_m, tag_size_for(options.family, 0.75 * d), options.family, 0.45 * d);
+  const Result<double> tag =
+      tag_size(options.tag_size_m, tag_size_for(options.family, 0.75 * d), options.family, 0.45 * d);
   if (!tag) return tag.status();
   MarkerBody out;
   out.name = "ball " + in_mm(d) + " on a tag, " + std::string(to_string(options.paper));
@@ -281,8 +286,8 @@ Result<MarkerBody> make_ball_on_tag(const BallOnTagOptions& options) {
   face.tag_id = options.id;
   face.body_face = {rotation_of({1, 0, 0}, {0, 0, -1}, {0, 1, 0}), tidy(Vec3d{0, -d / 2, d})};
   const double half = white_square_m(options.family, out.tag_size_m) / 2;
-  for (const FacePoint& p : {FacePoint{-1.25 * d, -0.75 * d}, FacePoint{1.25 * d, -0.75 * d}, FacePoint{1.25 * d, 1.75 * d},
-                             FacePoint{-1.25 * d, 1.75 * d}})
+  for (const FacePoint& p : {FacePoint{-1.25 * d, -0.75 * d}, FacePoint{1.25 * d, -0.75 * d},
+                             FacePoint{1.25 * d, 1.75 * d}, FacePoint{-1.25 * d, 1.75 * d}})
     face.outline.push_back(tidy(p));
   face.patches = patches_around(clipped(face.outline, {0, 1, half}), half, options.paper);
   out.faces.push_back(std::move(face));

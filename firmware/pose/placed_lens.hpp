@@ -30,8 +30,8 @@ struct PlacedLens {
   }
 };
 
-/// Made from a rig that has passed validate(). Takes about a millisecond a lens, as a model looks for where its projection
-/// ends: whoever asks for every frame keeps one. A rig is taken where these are asked for.
+/// Made from a rig that has passed validate(). Takes about a millisecond a lens, as a model looks for where its
+/// projection ends: whoever asks for every frame keeps one. A rig is taken where these are asked for.
 struct PlacedLenses {
   std::vector<PlacedLens> lenses;
 

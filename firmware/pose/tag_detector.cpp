@@ -112,7 +112,8 @@ struct TagDetector::Inside {
   void refine(const GreyPicture& picture, TagDetection& tag, double decimate) const;
 };
 
-std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture, double decimate, int least_contrast) const {
+std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture, double decimate,
+                                                    int least_contrast) const {
   std::vector<TagDetection> out;
   if (std::min(picture.width, picture.height) < kSmallestSide * decimate) return out;
   detector->quad_decimate = static_cast<float>(decimate);
@@ -189,7 +190,8 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
   if (lens != nullptr) {
     for (const ViewAxes& axes : views_of(*lens, inside_->options.rectify_beyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
-      for (TagDetection tag : inside_->look(view.picture(), inside_->options.decimate, inside_->options.least_contrast)) {
+      for (TagDetection tag :
+           inside_->look(view.picture(), inside_->options.decimate, inside_->options.least_contrast)) {
         tag.rectified = true;
         if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });

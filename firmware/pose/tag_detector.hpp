@@ -43,7 +43,8 @@ struct TagDetection {
 /// What becomes of AprilTag's corners.
 enum class CornerWork : std::uint8_t {
   none,      ///< Kept: good to half a pixel, to one where the picture was made smaller.
-  followed,  ///< Edges are followed, no light is fitted: to hundredths where they are sharp and straight, 0.04 ms a tag.
+  followed,  ///< Edges are followed, no light is fitted: to hundredths where they are sharp and straight, 0.04 ms a
+             ///< tag.
   fitted,    ///< The blurred edges are fitted: to hundredths of a pixel, 1 to 3 ms a tag.
 };
 
@@ -57,8 +58,8 @@ struct TagDetectorOptions {
   int max_hamming = 1;
   /// Detections below are dropped.
   double min_decision_margin = 10;
-  /// Parts of the picture whose values differ by less are taken for flat, 1 to 255. Where noise differs by more, edges are
-  /// looked for in noise, which takes three to six times as long: see contrast_above_noise().
+  /// Parts of the picture whose values differ by less are taken for flat, 1 to 255. Where noise differs by more, edges
+  /// are looked for in noise, which takes three to six times as long: see contrast_above_noise().
   int least_contrast = 5;
   CornerWork corners = CornerWork::fitted;
   /// Linear light for each of 256 picture values (linear_table() of calibration/response.hpp); empty: they are linear.
@@ -82,7 +83,7 @@ struct PixelRegion {
 
 /// Where and how a picture is looked at.
 struct TagLook {
-  PixelRegion region;  ///< What it holds beyond the picture is left out.
+  PixelRegion region;      ///< What it holds beyond the picture is left out.
   double decimate = 1;     ///< In place of the options'.
   int least_contrast = 5;  ///< In place of the options'.
 

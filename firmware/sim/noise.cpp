@@ -21,8 +21,7 @@ double unit(std::uint32_t bits) { return (bits + 0.5) / 4294967296.0; }
 }  // namespace
 
 NoiseStream::NoiseStream(std::uint64_t seed, std::uint64_t frame, int lens)
-    : key_(mixed(mixed(mixed(seed + kGolden) + frame + kGolden) + static_cast<std::uint64_t>(lens) +
-                 kGolden)) {}
+    : key_(mixed(mixed(mixed(seed + kGolden) + frame + kGolden) + static_cast<std::uint64_t>(lens) + kGolden)) {}
 
 UniformPair NoiseStream::at(std::uint64_t counter) const {
   const std::uint64_t bits = mixed(key_ + (counter + 1) * kGolden);

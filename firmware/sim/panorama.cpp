@@ -17,8 +17,7 @@ namespace {
 constexpr double kTwoTo32 = 4294967296.0;
 
 std::size_t index_of(const Panorama& p, int i, int j) {
-  return 3 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(p.width) +
-              static_cast<std::size_t>(i));
+  return 3 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(i));
 }
 
 /// A pixel whose row may lie one beyond a pole: there comes the same row, half a turn away.
@@ -50,17 +49,15 @@ Radiance Panorama::radiance(SpherePoint point) const {
   const int i = static_cast<int>(x + 1) - 1, j = static_cast<int>(y + 1) - 1;
   const auto fx = static_cast<float>(x - i), fy = static_cast<float>(y - j);
   const Radiance above = neighbour(*this, i, j) * (1 - fx) + neighbour(*this, i + 1, j) * fx;
-  const Radiance below =
-      neighbour(*this, i, j + 1) * (1 - fx) + neighbour(*this, i + 1, j + 1) * fx;
+  const Radiance below = neighbour(*this, i, j + 1) * (1 - fx) + neighbour(*this, i + 1, j + 1) * fx;
   return above * (1 - fy) + below * fy;
 }
 
 Result<Panorama> make_panorama(int width, int height, std::vector<float> rgb) {
   if (height < 2 || width != 2 * height) {
-    return Status(StatusCode::invalid_argument,
-                  "a panorama must be twice as wide as it is high, this picture is " +
-                      std::to_string(width) + "x" + std::to_string(height) +
-                      ": stretch or pad it to 2:1 (the whole sphere, equirectangular)");
+    return Status(StatusCode::invalid_argument, "a panorama must be twice as wide as it is high, this picture is " +
+                                                    std::to_string(width) + "x" + std::to_string(height) +
+                                                    ": stretch or pad it to 2:1 (the whole sphere, equirectangular)");
   }
   if (rgb.size() != 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     return Status(StatusCode::invalid_argument, "a panorama needs three floats a pixel");
@@ -117,8 +114,7 @@ double mean_luminance(const Panorama& panorama) {
   double sum = 0;
   for (int j = 0; j < panorama.height; ++j) {
     double row = 0;
-    for (int i = 0; i < panorama.width; ++i)
-      row += static_cast<double>(panorama.pixel(i, j).luminance());
+    for (int i = 0; i < panorama.width; ++i) row += static_cast<double>(panorama.pixel(i, j).luminance());
     sum += row * equirect_solid_angle(j, panorama.width, panorama.height);
   }
   return sum / (4 * std::numbers::pi);

@@ -43,9 +43,7 @@ struct Panorama {
 
   /// Bilinear between pixel centres; over the seam, and over a pole to the opposite meridian.
   [[nodiscard]] Radiance radiance(SpherePoint point) const;
-  [[nodiscard]] Radiance radiance(Vec3d direction) const {
-    return radiance(sphere_point(direction));
-  }
+  [[nodiscard]] Radiance radiance(Vec3d direction) const { return radiance(sphere_point(direction)); }
   /// Of the pixel in column i, row j; columns wrap.
   [[nodiscard]] Radiance pixel(int i, int j) const;
 };

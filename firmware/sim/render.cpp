@@ -62,8 +62,7 @@ RowSpan LensRays::sample_row(int row) {
   return span;
 }
 
-Radiance LensRays::close_look(const Panorama& world, std::uint32_t shift, int column,
-                              int row) const {
+Radiance LensRays::close_look(const Panorama& world, std::uint32_t shift, int column, int row) const {
   const int n = per_axis_ * kCloserPerAxis;
   Radiance sum;
   int count = 0;
@@ -79,14 +78,12 @@ Radiance LensRays::close_look(const Panorama& world, std::uint32_t shift, int co
   return sum * (1 / static_cast<float>(std::max(count, 1)));
 }
 
-void LensRays::render(const Scene& scene, const SceneState& state, RowSpan rows,
-                      std::span<float> out) const {
+void LensRays::render(const Scene& scene, const SceneState& state, RowSpan rows, std::span<float> out) const {
   const Panorama& world = scene.panorama(state);
   const GlareMap& glare = scene.glare(state);
   // phi_world = phi_probe - yaw, for a right-handed turn about +Y; u is phi in turns.
   const double turns = state.yaw_rad / (2 * std::numbers::pi);
-  const auto shift =
-      static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(turns * 4294967296.0)));
+  const auto shift = static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(turns * 4294967296.0)));
   const auto width = static_cast<std::size_t>(width_);
   const auto per_pixel = static_cast<std::size_t>(per_axis_ * per_axis_);
 
@@ -107,8 +104,7 @@ void LensRays::render(const Scene& scene, const SceneState& state, RowSpan rows,
         glaring = glaring || glare.at(point);
         sum += world.radiance(point);
       }
-      const Radiance mean =
-          glaring ? close_look(world, shift, i, j) : sum * (1 / static_cast<float>(count));
+      const Radiance mean = glaring ? close_look(world, shift, i, j) : sum * (1 / static_cast<float>(count));
       pixel[0] = mean.r;
       pixel[1] = mean.g;
       pixel[2] = mean.b;
@@ -123,14 +119,12 @@ int samples_for(const LensParameters& lens, const Panorama& panorama) {
   if (!here || !next) return 2;
   const double wanted_rad = std::numbers::pi / panorama.width;
   // A thousandth to spare: an equirectangular lens as large as the panorama needs two, not three.
-  return std::clamp(static_cast<int>(std::ceil(angle_between(*here, *next) / wanted_rad - 1e-3)), 2,
-                    8);
+  return std::clamp(static_cast<int>(std::ceil(angle_between(*here, *next) / wanted_rad - 1e-3)), 2, 8);
 }
 
-std::vector<float> render_radiance(const Scene& scene, const SceneState& state,
-                                   const LensParameters& lens, int samples_per_axis) {
-  std::vector<float> out(3 * static_cast<std::size_t>(lens.width) *
-                         static_cast<std::size_t>(lens.height));
+std::vector<float> render_radiance(const Scene& scene, const SceneState& state, const LensParameters& lens,
+                                   int samples_per_axis) {
+  std::vector<float> out(3 * static_cast<std::size_t>(lens.width) * static_cast<std::size_t>(lens.height));
   LensRays(lens, samples_per_axis).render(scene, state, {0, lens.height}, out);
   return out;
 }

@@ -28,14 +28,12 @@ class LensRays {
   /// its samples that the lens sees, 0 where it sees none. A pixel with a sample in
   /// Scene::glare() is sampled four times as densely each way: the energy of a sun would otherwise
   /// depend on where it falls. `out` is the whole picture, r g b a pixel. Allocates nothing.
-  void render(const Scene& scene, const SceneState& state, RowSpan rows,
-              std::span<float> out) const;
+  void render(const Scene& scene, const SceneState& state, RowSpan rows, std::span<float> out) const;
 
  private:
   [[nodiscard]] int sample_pixel(int column, int row, std::vector<SpherePoint>& out) const;
   [[nodiscard]] RowSpan sample_row(int row);
-  [[nodiscard]] Radiance close_look(const Panorama& world, std::uint32_t shift, int column,
-                                    int row) const;
+  [[nodiscard]] Radiance close_look(const Panorama& world, std::uint32_t shift, int column, int row) const;
 
   CameraModel model_;
   Quat to_probe_;
@@ -53,7 +51,6 @@ class LensRays {
 
 /// A whole picture in one state of the scene.
 [[nodiscard]] std::vector<float> render_radiance(const Scene& scene, const SceneState& state,
-                                                 const LensParameters& lens,
-                                                 int samples_per_axis = 2);
+                                                 const LensParameters& lens, int samples_per_axis = 2);
 
 }  // namespace lightwell::sim

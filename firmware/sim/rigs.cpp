@@ -94,11 +94,9 @@ Status check_size(std::string_view kind, int width, int height, PixelFormat form
   const bool pairs_columns = format != PixelFormat::rgb8 && format != PixelFormat::rgb_f32;
   const bool pairs_rows = pairs_columns && format != PixelFormat::yuyv;
   if ((pairs_columns && width % 2 != 0) || (pairs_rows && height % 2 != 0))
-    return {StatusCode::invalid_argument,
-            size + ": " + std::string(to_string(format)) + " needs even sizes"};
+    return {StatusCode::invalid_argument, size + ": " + std::string(to_string(format)) + " needs even sizes"};
   if (kind == "equirect" && width != 2 * height)
-    return {StatusCode::invalid_argument,
-            size + ": an equirect picture must be twice as wide as high"};
+    return {StatusCode::invalid_argument, size + ": an equirect picture must be twice as wide as high"};
   return {};
 }
 
@@ -120,10 +118,9 @@ Result<RigParameters> make_rig(std::string_view kind, int width, int height, Pix
   } else {
     const std::vector<std::string_view> known(kRigKinds.begin(), kRigKinds.end());
     const std::string near = nearest_name(kind, known);
-    return Status(StatusCode::invalid_argument,
-                  "no rig is called '" + std::string(kind) + "'" +
-                      (near.empty() ? "" : ", did you mean '" + near + "'?") +
-                      " Known: pair, single, double_sphere, equirect");
+    return Status(StatusCode::invalid_argument, "no rig is called '" + std::string(kind) + "'" +
+                                                    (near.empty() ? "" : ", did you mean '" + near + "'?") +
+                                                    " Known: pair, single, double_sphere, equirect");
   }
   for (LensParameters& lens : rig.lenses) {
     lens.photometry = photometry_of(format);
@@ -146,8 +143,7 @@ SensorModel sensor_of(const RigParameters& rig, PixelFormat format, std::uint64_
 double exposure_below_saturation(const SensorModel& sensor, double radiance, double gain) {
   if (sensor.format == PixelFormat::rgb_f32 || !(radiance > 0)) return 1;
   const PhotometricCalibration& p = sensor.photometry;
-  const double saturated =
-      (linearized(p.response, p.saturation) - p.black_level) / (1 - p.black_level);
+  const double saturated = (linearized(p.response, p.saturation) - p.black_level) / (1 - p.black_level);
   return 0.95 * saturated * sensor.radiance_per_unit / (radiance * gain);
 }
 

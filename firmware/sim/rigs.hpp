@@ -12,8 +12,7 @@
 
 namespace lightwell::sim {
 
-inline constexpr std::array<std::string_view, 4> kRigKinds = {"pair", "single", "double_sphere",
-                                                              "equirect"};
+inline constexpr std::array<std::string_view, 4> kRigKinds = {"pair", "single", "double_sphere", "equirect"};
 
 /// A rig of a kind, each lens with a picture of width x height:
 ///   pair           two Kannala-Brandt lenses of 190 degrees back to back; lens 0 looks along the
@@ -32,16 +31,13 @@ inline constexpr std::array<std::string_view, 4> kRigKinds = {"pair", "single", 
 /// All but the first are absolute: one unit of the panorama reads one cd/m².
 ///
 /// invalid_argument: an unknown kind, with the nearest one; a size that kind or format cannot have.
-[[nodiscard]] Result<RigParameters> make_rig(std::string_view kind, int width, int height,
-                                             PixelFormat format);
+[[nodiscard]] Result<RigParameters> make_rig(std::string_view kind, int width, int height, PixelFormat format);
 
 /// The sensor that a rig's calibration describes.
-[[nodiscard]] SensorModel sensor_of(const RigParameters& rig, PixelFormat format,
-                                    std::uint64_t seed);
+[[nodiscard]] SensorModel sensor_of(const RigParameters& rig, PixelFormat format, std::uint64_t seed);
 
 /// The exposure that puts `radiance` 5 % below saturation on the axis at this gain. 1 for rgb_f32,
 /// which has no ceiling.
-[[nodiscard]] double exposure_below_saturation(const SensorModel& sensor, double radiance,
-                                               double gain);
+[[nodiscard]] double exposure_below_saturation(const SensorModel& sensor, double radiance, double gain);
 
 }  // namespace lightwell::sim

@@ -26,8 +26,7 @@ std::filesystem::path panorama_folder() {
   std::filesystem::path cache = environment("LIGHTWELL_CACHE");
   if (cache.empty()) {
     std::filesystem::path base = environment("XDG_CACHE_HOME");
-    if (base.empty() && !environment("HOME").empty())
-      base = std::filesystem::path(environment("HOME")) / ".cache";
+    if (base.empty() && !environment("HOME").empty()) base = std::filesystem::path(environment("HOME")) / ".cache";
     if (base.empty()) return {};
     cache = base / "lightwell";
   }
@@ -36,25 +35,22 @@ std::filesystem::path panorama_folder() {
 
 std::string listed() {
   std::string names;
-  for (const std::string_view name : kScenes)
-    names += (names.empty() ? "" : ", ") + std::string(name);
+  for (const std::string_view name : kScenes) names += (names.empty() ? "" : ", ") + std::string(name);
   return names;
 }
 
 }  // namespace
 
 Result<std::string> scene_path(std::string_view name_or_path) {
-  if (name_or_path.ends_with(".exr") || name_or_path.ends_with(".hdr"))
-    return std::string(name_or_path);
+  if (name_or_path.ends_with(".exr") || name_or_path.ends_with(".hdr")) return std::string(name_or_path);
 
   const std::vector<std::string_view> known(kScenes.begin(), kScenes.end());
   const std::string name(name_or_path);
   if (std::find(known.begin(), known.end(), name_or_path) == known.end()) {
     const std::string near = nearest_name(name_or_path, known);
-    return Status(StatusCode::invalid_argument,
-                  "no scene is called '" + name + "'" +
-                      (near.empty() ? "" : ", did you mean '" + near + "'?") +
-                      " Known: " + listed() + ", or a path that ends in .exr or .hdr");
+    return Status(StatusCode::invalid_argument, "no scene is called '" + name + "'" +
+                                                    (near.empty() ? "" : ", did you mean '" + near + "'?") +
+                                                    " Known: " + listed() + ", or a path that ends in .exr or .hdr");
   }
   const std::filesystem::path file = panorama_folder() / (name + ".exr");
   std::error_code error;

@@ -18,18 +18,12 @@ constexpr std::size_t kResponseCells = 4096;
 // Above so many electrons the Poisson distribution is a Gaussian to within 2 % of its deviation.
 constexpr double kGaussianElectrons = 50;
 
-std::byte byte_of(double v) {
-  return static_cast<std::byte>(static_cast<int>(std::clamp(v, 0.0, 255.0) + 0.5));
-}
+std::byte byte_of(double v) { return static_cast<std::byte>(static_cast<int>(std::clamp(v, 0.0, 255.0) + 0.5)); }
 
 // BT.601, limited range, of encoded r g b between 0 and 1: the inverse of rgb8_of_ycbcr601().
 double luma(const float* p) { return 16 + 65.481 * p[0] + 128.553 * p[1] + 24.966 * p[2]; }
-double blue_difference(const std::array<double, 3>& p) {
-  return 128 - 37.797 * p[0] - 74.203 * p[1] + 112 * p[2];
-}
-double red_difference(const std::array<double, 3>& p) {
-  return 128 + 112 * p[0] - 93.786 * p[1] - 18.214 * p[2];
-}
+double blue_difference(const std::array<double, 3>& p) { return 128 - 37.797 * p[0] - 74.203 * p[1] + 112 * p[2]; }
+double red_difference(const std::array<double, 3>& p) { return 128 + 112 * p[0] - 93.786 * p[1] - 18.214 * p[2]; }
 
 /// Mean of the pixels that share one pair of chroma values.
 template <std::size_t N>
@@ -42,9 +36,7 @@ std::array<double, 3> mean_of(const std::array<const float*, N>& pixels) {
 }
 
 /// 0 red, 1 green, 2 blue of the RGGB mosaic.
-std::size_t mosaic_channel(int column, int row) {
-  return static_cast<std::size_t>(column % 2 + row % 2);
-}
+std::size_t mosaic_channel(int column, int row) { return static_cast<std::size_t>(column % 2 + row % 2); }
 
 }  // namespace
 
@@ -58,8 +50,8 @@ class Sensor::Exposing {
         noise_(sensor.model_.seed, exposure.frame, exposure.lens),
         gain_(exposure.gain) {
     for (std::size_t c = 0; c < 3; ++c) {
-      per_radiance_[c] = exposure.exposure_s * exposure.gain /
-                         (sensor.model_.radiance_per_unit * photometry_.white_balance[c]);
+      per_radiance_[c] =
+          exposure.exposure_s * exposure.gain / (sensor.model_.radiance_per_unit * photometry_.white_balance[c]);
     }
   }
 
@@ -73,8 +65,7 @@ class Sensor::Exposing {
 
   /// The same for a whole row, r g b a pixel.
   void row(int j, std::vector<float>& out) const {
-    const std::size_t start =
-        static_cast<std::size_t>(j) * static_cast<std::size_t>(sensor_.width_);
+    const std::size_t start = static_cast<std::size_t>(j) * static_cast<std::size_t>(sensor_.width_);
     for (std::size_t k = 0; k < out.size(); ++k) out[k] = value(start + k / 3, k % 3);
   }
 
@@ -84,12 +75,10 @@ class Sensor::Exposing {
     if (photometry_.shot_noise > 0 && x > 0) {
       const double per_electron = gain_ * photometry_.shot_noise;
       const double electrons = x / per_electron;
-      seen = electrons < kGaussianElectrons
-                 ? per_electron * poisson_quantile(electrons, random.first)
-                 : x + per_electron * std::sqrt(electrons) * normal_quantile(random.first);
+      seen = electrons < kGaussianElectrons ? per_electron * poisson_quantile(electrons, random.first)
+                                            : x + per_electron * std::sqrt(electrons) * normal_quantile(random.first);
     }
-    if (photometry_.read_noise > 0)
-      seen += gain_ * photometry_.read_noise * normal_quantile(random.second);
+    if (photometry_.read_noise > 0) seen += gain_ * photometry_.read_noise * normal_quantile(random.second);
     return seen;
   }
 
@@ -122,16 +111,13 @@ Sensor::Sensor(const LensParameters& lens, const SensorModel& model)
   }
   response_.resize(kResponseCells + 1);
   for (std::size_t k = 0; k < response_.size(); ++k) {
-    response_[k] = static_cast<float>(
-        encoded(model_.photometry.response, static_cast<double>(k) / kResponseCells));
+    response_[k] = static_cast<float>(encoded(model_.photometry.response, static_cast<double>(k) / kResponseCells));
   }
 }
 
-void Sensor::develop(std::span<const float> radiance, const Exposure& exposure,
-                     std::span<std::byte> out) const {
+void Sensor::develop(std::span<const float> radiance, const Exposure& exposure, std::span<std::byte> out) const {
   if (model_.format == PixelFormat::rgb_f32) {
-    const auto scale =
-        static_cast<float>(exposure.exposure_s * exposure.gain / model_.radiance_per_unit);
+    const auto scale = static_cast<float>(exposure.exposure_s * exposure.gain / model_.radiance_per_unit);
     for (std::size_t k = 0; k < radiance.size(); ++k) {
       const float x = radiance[k] * scale;
       std::memcpy(out.data() + k * sizeof x, &x, sizeof x);
@@ -147,8 +133,7 @@ void Sensor::develop(std::span<const float> radiance, const Exposure& exposure,
     for (int j = 0; j < height_; ++j) {
       for (int i = 0; i < width_; ++i) {
         const std::size_t k = static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i);
-        const auto word =
-            static_cast<unsigned>(exposing.value(k, mosaic_channel(i, j)) * top + 0.5);
+        const auto word = static_cast<unsigned>(exposing.value(k, mosaic_channel(i, j)) * top + 0.5);
         if (bytes) {
           out[k] = static_cast<std::byte>(word);
           continue;

@@ -40,14 +40,11 @@ class Sensor {
   Sensor(const LensParameters& lens, const SensorModel& model);
 
   [[nodiscard]] std::size_t stride() const { return packed_stride(model_.format, width_); }
-  [[nodiscard]] std::size_t bytes() const {
-    return picture_bytes(model_.format, stride(), height_);
-  }
+  [[nodiscard]] std::size_t bytes() const { return picture_bytes(model_.format, stride(), height_); }
 
   /// `radiance`: r g b a pixel, as LensRays::render() gives it. `out`: bytes() bytes. Two rows of
   /// floats are the only memory that it takes.
-  void develop(std::span<const float> radiance, const Exposure& exposure,
-               std::span<std::byte> out) const;
+  void develop(std::span<const float> radiance, const Exposure& exposure, std::span<std::byte> out) const;
 
  private:
   class Exposing;

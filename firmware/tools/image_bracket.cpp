@@ -57,8 +57,9 @@ Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<Im
     if (!image) return image.status();
     const LensParameters& lens = rig.lenses[static_cast<std::size_t>(a.lens)];
     if (image->width != lens.width || image->height != lens.height)
-      return invalid(a.path + ": it has " + size_text(image->width, image->height) + " pixels, the calibration of lens " +
-                     std::to_string(a.lens) + " speaks of " + size_text(lens.width, lens.height));
+      return invalid(a.path + ": it has " + size_text(image->width, image->height) +
+                     " pixels, the calibration of lens " + std::to_string(a.lens) + " speaks of " +
+                     size_text(lens.width, lens.height));
     out.unusual += count_unusual(*image);
     out.images.push_back(std::make_unique<Image>(std::move(*image)));
     by_lens[a.lens].push_back({a.exposure_s > 0 ? a.exposure_s : 1, out.images.size() - 1});
@@ -69,12 +70,13 @@ Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<Im
     std::sort(taken.begin(), taken.end(), [](const Taken& a, const Taken& b) { return a.exposure_s < b.exposure_s; });
     for (std::size_t i = 0; i + 1 < taken.size(); ++i)
       if (taken[i].exposure_s == taken[i + 1].exposure_s)
-        return invalid("lens " + std::to_string(lens) + " has two images of " + std::to_string(taken[i].exposure_s) +
-                       " s; a bracket gives a different --exposure-s before each image, and --lens N before the images of "
-                       "another lens");
-    const bool same = std::equal(taken.begin(), taken.end(), first.begin(), first.end(), [](const Taken& a, const Taken& b) {
-      return std::abs(a.exposure_s - b.exposure_s) <= 1e-6 * b.exposure_s;
-    });
+        return invalid(
+            "lens " + std::to_string(lens) + " has two images of " + std::to_string(taken[i].exposure_s) +
+            " s; a bracket gives a different --exposure-s before each image, and --lens N before the images of "
+            "another lens");
+    const bool same = std::equal(
+        taken.begin(), taken.end(), first.begin(), first.end(),
+        [](const Taken& a, const Taken& b) { return std::abs(a.exposure_s - b.exposure_s) <= 1e-6 * b.exposure_s; });
     if (!same)
       return invalid("lens " + std::to_string(lens) + " and lens " + std::to_string(by_lens.begin()->first) +
                      " have different exposures; give every lens the same list of --exposure-s");

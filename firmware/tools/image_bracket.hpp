@@ -1,11 +1,12 @@
 // Frames from still images: what lightwell-estimate hands to the estimator in place of a camera.
 #pragma once
 
-#include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
 
 #include "camera/frame.hpp"
 #include "camera/image_file.hpp"
@@ -23,8 +24,9 @@ struct ImageArgument {
 struct ImageBracket {
   std::vector<std::unique_ptr<Image>> images;
   std::vector<Frame> frames;
-  std::size_t unusual = 0;  ///< Numbers of float images that are negative, NaN or infinite: the estimator replaces them.
-  RigParameters rig;        ///< Of the lenses that have images, renumbered from 0 in their order.
+  std::size_t unusual =
+      0;              ///< Numbers of float images that are negative, NaN or infinite: the estimator replaces them.
+  RigParameters rig;  ///< Of the lenses that have images, renumbered from 0 in their order.
 };
 
 /// Reads the images and pairs the lenses' exposures, shortest first. Without exposure_s an image counts as taken with

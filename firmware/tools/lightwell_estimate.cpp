@@ -4,12 +4,13 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
-#include <lightwell/codec.hpp>
-#include <lightwell/config.hpp>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/config.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
@@ -82,8 +83,9 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
       exposure = 0;
       continue;
     }
-    static constexpr std::string_view kOptions[] = {"--calibration", "--equirect", "--body", "--json",       "--binary",
-                                                    "--lens",        "--exposure-s", "--band", "--max-lights"};
+    static constexpr std::string_view kOptions[] = {"--calibration", "--equirect", "--body",
+                                                    "--json",        "--binary",   "--lens",
+                                                    "--exposure-s",  "--band",     "--max-lights"};
     if (std::find(std::begin(kOptions), std::end(kOptions), std::string_view(word).substr(0, word.find('='))) ==
         std::end(kOptions))
       return usage("unknown option " + word);
@@ -127,11 +129,14 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
     }
   }
   if (!out.equirect.empty() && exposure > 0)
-    return usage("--equirect takes one image without exposure; a bracket of panoramas needs --calibration with equirectangular {}");
+    return usage(
+        "--equirect takes one image without exposure; a bracket of panoramas needs --calibration with equirectangular "
+        "{}");
   if (exposure > 0) return usage("--exposure-s has no image after it; it speaks of the next one");
   if (out.equirect.empty() == out.calibration.empty())
     return usage("give either --calibration with images or --equirect with one");
-  if (!out.equirect.empty() && !out.body.empty()) return usage("--body needs --calibration: of a camera that looks at the marker");
+  if (!out.equirect.empty() && !out.body.empty())
+    return usage("--body needs --calibration: of a camera that looks at the marker");
   if (!out.equirect.empty() && !out.images.empty())
     return usage("--equirect takes one image; more images need --calibration");
   if (const Status s = out.config.validate(); !s.ok()) return usage(s.message());
@@ -205,8 +210,8 @@ void print_summary(const Descriptor& d, std::size_t bytes) {
     if (d.flags.has(f)) std::cout << "; " << to_string(f);
   std::cout << "\n";
   for (const Light& l : d.lights)
-    std::cout << "light towards (" << l.direction.x << ", " << l.direction.y << ", " << l.direction.z << "), irradiance ("
-              << l.irradiance.r << ", " << l.irradiance.g << ", " << l.irradiance.b << "), radius "
+    std::cout << "light towards (" << l.direction.x << ", " << l.direction.y << ", " << l.direction.z
+              << "), irradiance (" << l.irradiance.r << ", " << l.irradiance.g << ", " << l.irradiance.b << "), radius "
               << l.angular_radius_rad * degree << " deg\n";
 }
 

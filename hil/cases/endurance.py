@@ -50,22 +50,37 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
             last = rig.snapshot(outside, uri)
     # What pools and caches take is taken after a fifth.
     settled = [(frames, daemon) for frames, daemon in seen if frames >= _FRAMES / 5]
-    # Its own: parts of programs and libraries come from the disk when they are first used, and are the kernel's to drop.
+    # Its own: parts of programs and libraries come from the disk when they are first used, and are the kernel's to
+    # drop.
     slope = _slope([(frames, float(daemon["own_kb"])) for frames, daemon in settled])
     measured.figure("frames", seen[-1][0], "", f">= {_FRAMES}")
     measured.figure("of these, frames that became light", last["estimates"] - first["estimates"])
     measured.figure("memory, all and its own, every fifth look",
                     ", ".join(f"{daemon['rss_kb']}/{daemon['own_kb']}" for _, daemon in seen[::5]), "kB")
     measured.figure("its own memory, slope over the last four fifths", 1000 * slope, "kB in a thousand frames")
-    # What leaks grows between any two looks; an allocator that takes another piece grows once. A descriptor kept of each frame would be more
-    # than 100 kB in a thousand.
+    # What leaks grows between any two looks; an allocator that takes another piece grows once. A descriptor kept of
+    # each frame would be more than 100 kB in a thousand.
     steps = [1000 * (b["own_kb"] - a["own_kb"]) / (n - m) for (m, a), (n, b) in zip(settled, settled[1:]) if n > m]
-    measured.figure("its own memory, median growth from look to look", median(steps), "kB in a thousand frames", "<= 10")
-    measured.figure("its own memory, grown over the last four fifths", settled[-1][1]["own_kb"] - settled[0][1]["own_kb"], "kB", "<= 800")
-    measured.figure("threads more than after a fifth, without gRPC's pools", seen[-1][1]["threads"] - settled[0][1]["threads"], "", "<= 0")
+    measured.figure(
+        "its own memory, median growth from look to look", median(steps), "kB in a thousand frames", "<= 10"
+    )
+    measured.figure(
+        "its own memory, grown over the last four fifths",
+        settled[-1][1]["own_kb"] - settled[0][1]["own_kb"],
+        "kB",
+        "<= 800",
+    )
+    measured.figure(
+        "threads more than after a fifth, without gRPC's pools",
+        seen[-1][1]["threads"] - settled[0][1]["threads"],
+        "",
+        "<= 0",
+    )
     # These fill when their work happens to come together, be it after hours, and are as large as they may be then.
-    measured.figure("threads of gRPC's pools, first and last, of so many at most",
-                    "; ".join(f"{name} {pools[0][name][0]}, {threads} of {most}" for name, (threads, most) in pools[-1].items()))
+    measured.figure(
+        "threads of gRPC's pools, first and last, of so many at most",
+        "; ".join(f"{name} {pools[0][name][0]}, {threads} of {most}" for name, (threads, most) in pools[-1].items()),
+    )
     measured.figure("threads of gRPC's pools over their bound, at any look",
                     max(max(0, threads - most) for look in pools for threads, most in look.values()), "", "<= 0")
     measured.figure("handles more than after a fifth", seen[-1][1]["handles"] - settled[0][1]["handles"], "", "<= 0")

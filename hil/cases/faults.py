@@ -68,7 +68,9 @@ def camera_silent(rig: Rig, test: Any, measured: Measured) -> None:
         camera.command("silence", seconds=silence_s)
         watcher.dark()
         time.sleep(max(0.0, begun + silence_s - time.monotonic()))
-        measured.time("light again after ten seconds of silence", watcher.back_after("light after the silence", 60), "s", "<= 6")
+        measured.time(
+            "light again after ten seconds of silence", watcher.back_after("light after the silence", 60), "s", "<= 6"
+        )
         withheld = camera.counters()["counters"]["silent"]
         measured.figure("frames that the camera withheld", withheld, "", f">= {silence_s}")
         the_same_daemon(rig, before, measured)
@@ -103,7 +105,8 @@ def _damage(camera: UsbCamera, fault: str, outcome: str, frames: int) -> None:
 
 def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
     """Frames without their middle, without their end, and marked as bad: none becomes light, each is counted."""
-    # Of each kind, twice. More in a row would take two seconds on a busy machine, after which the firmware starts the camera anew.
+    # Of each kind, twice. More in a row would take two seconds on a busy machine, after which the firmware starts the
+    # camera anew.
     in_a_row = 10
     with running(rig, test) as (camera, uri, watcher):
         before, streams = rig.daemon(), camera.counters()["counters"]["streams"]
@@ -116,7 +119,12 @@ def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
         grown = {name: ended[name] - begun[name] for name in ended}
         measured.figure("damaged frames that were sent", grown["damaged"], "", f">= {6 * in_a_row}")
         measured.figure("frames counted as lost meanwhile", grown["frames_lost"], "", f">= {grown['damaged']:.0f}")
-        measured.figure("frames that were neither whole nor counted", abs(grown["sent"] - grown["frames"] - grown["frames_lost"]), "", UNTOLD)
+        measured.figure(
+            "frames that were neither whole nor counted",
+            abs(grown["sent"] - grown["frames"] - grown["frames_lost"]),
+            "",
+            UNTOLD,
+        )
         unknown_to_client(grown, measured)
         measured.figure("streams begun anew", camera.counters()["counters"]["streams"] - streams, "", "== 0")
         the_same_daemon(rig, before, measured)
@@ -130,8 +138,12 @@ def network_down(rig: Rig, test: Any, measured: Measured) -> None:
         watcher.dark()
         time.sleep(3)
         rig.board.qmp("set_link", name="net0", up=True)
-        measured.time("light again after the network is back", watcher.back_after("light after the network came back", 60), "s",
-                        "<= 8")
+        measured.time(
+            "light again after the network is back",
+            watcher.back_after("light after the network came back", 60),
+            "s",
+            "<= 8",
+        )
         the_same_daemon(rig, before, measured)
 
 
@@ -169,14 +181,21 @@ def room_again(rig: Rig) -> Iterator[None]:
     try:
         yield
     finally:
-        rig.board.run("systemctl stop lightwelld; rm -f /var/lib/lightwell/ballast /var/lib/lightwell/full.lwr", timeout_s=60)
+        rig.board.run(
+            "systemctl stop lightwelld; rm -f /var/lib/lightwell/ballast /var/lib/lightwell/full.lwr", timeout_s=60
+        )
 
 
 def disk_full(rig: Rig, test: Any, measured: Measured) -> None:
     """A recording fills its disk: the recording ends, the light does not."""
-    with room_again(rig), running(rig, test, more='record { path: "/var/lib/lightwell/full.lwr" }\n') as (camera, uri, watcher):
+    with (
+        room_again(rig),
+        running(rig, test, more='record { path: "/var/lib/lightwell/full.lwr" }\n') as (camera, uri, watcher),
+    ):
         before = rig.daemon()
-        rig.board.run("fallocate -l $(( $(stat -f -c '%a * %S' /var/lib/lightwell) - 2000000 )) /var/lib/lightwell/ballast || true")
+        rig.board.run(
+            "fallocate -l $(( $(stat -f -c '%a * %S' /var/lib/lightwell) - 2000000 )) /var/lib/lightwell/ballast || true"
+        )
         info = wait_for("the recording to be given up",
                         lambda: i if (i := rig.info(uri))["recording_faults"] else None, 120, every_s=1)
         lines = watcher.next_seconds(5)

@@ -9,8 +9,8 @@ from hil.cases.stream import ahead, calibrate, camera_text
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 
-# UVC's shortest exposure is 100 us: it holds the courtyard's brightest lamp, but not a sun, which would be flagged as clipped.
-# From there in even ratios to where the walls are well exposed.
+# UVC's shortest exposure is 100 us: it holds the courtyard's brightest lamp, but not a sun, which would be flagged as
+# clipped. From there in even ratios to where the walls are well exposed.
 BRACKET = ("0.0001", "0.0012", "0.0144")
 
 

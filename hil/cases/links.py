@@ -48,7 +48,9 @@ def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def _code(said: str) -> str | None:
-    digits = [word.strip(".,:;") for word in said.split() if word.strip(".,:;").isdigit() and len(word.strip(".,:;")) == 6]
+    digits = [
+        word.strip(".,:;") for word in said.split() if word.strip(".,:;").isdigit() and len(word.strip(".,:;")) == 6
+    ]
     return digits[0] if digits else None
 
 
@@ -66,7 +68,9 @@ def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
                                ("1 % of packets damaged", "delay 20ms corrupt 1%")):
                 rig.board.run(f"tc qdisc replace dev eth0 root netem {rule}", check=True)
                 lines = watcher.next_seconds(5, skipped=1)
-                measured.time(f"{name}: descriptors a second", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 2")
+                measured.time(
+                    f"{name}: descriptors a second", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 2"
+                )
                 measured.time(f"{name}: age at arrival, p99, largest second",
                                 max(line["age_p99_ms"] or 0 for line in lines), "ms")
                 measured.figure(f"{name}: refused", lines[-1]["rejected"] - lines[0]["rejected"], "", "== 0")
@@ -85,17 +89,26 @@ def _avahi(rig: Rig, folder: Path) -> Iterator[dict[str, str]]:
     (folder / "bus.conf").write_text(
         f"<busconfig><type>system</type><listen>unix:path={bus}</listen><auth>EXTERNAL</auth><policy context=\"default\">"
         "<allow send_destination=\"*\"/><allow receive_sender=\"*\"/><allow own=\"*\"/><allow user=\"*\"/></policy></busconfig>\n",
-        encoding="utf-8")
+        encoding="utf-8",
+    )
     (folder / "avahi.conf").write_text("[server]\nhost-name=headset\nuse-ipv6=no\n[publish]\npublish-workstation=no\n"
                                        "publish-hinfo=no\n", encoding="utf-8")
     environment = {"DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={bus}"}
     children = []
     try:
-        children.append(subprocess.Popen(["dbus-daemon", f"--config-file={folder / 'bus.conf'}", "--nofork", "--nopidfile"]))
+        children.append(
+            subprocess.Popen(["dbus-daemon", f"--config-file={folder / 'bus.conf'}", "--nofork", "--nopidfile"])
+        )
         wait_for("the bus", bus.exists, 20, every_s=0.05)
         # avahi-daemon keeps its process number in /run, one for each machine: this one's own /run is not touched.
-        inside = ["unshare", "-m", "sh", "-c", "mount -t tmpfs none /run && mkdir /run/avahi-daemon && exec avahi-daemon "
-                  f"--no-drop-root --no-chroot --no-rlimits -f {folder / 'avahi.conf'}"]
+        inside = [
+            "unshare",
+            "-m",
+            "sh",
+            "-c",
+            "mount -t tmpfs none /run && mkdir /run/avahi-daemon && exec avahi-daemon "
+            f"--no-drop-root --no-chroot --no-rlimits -f {folder / 'avahi.conf'}",
+        ]
         children.append(subprocess.Popen(rig.board.host_command(inside), env={**os.environ, **environment},
                                          stderr=subprocess.DEVNULL))
         yield environment
@@ -121,7 +134,9 @@ def found_by_mdns(rig: Rig, test: Any, measured: Measured) -> None:
         measured.time("found after", time.monotonic() - begun, "s", "<= 20")
         links = [link["uri"] for link in found["links"] if link["uri"].startswith("grpc")]
         # By the name that it told, which only multicast DNS knows.
-        summary = json.loads(rig.client(["watch", links[0], "--seconds", "4", "--json"], environment=environment).splitlines()[-1])
+        summary = json.loads(
+            rig.client(["watch", links[0], "--seconds", "4", "--json"], environment=environment).splitlines()[-1]
+        )
     measured.figure("firmware's version", found["version"])
     measured.figure("ways in that it told", ", ".join(links))
     measured.time("descriptors a second by the name that it told", summary["frames_per_s"], "/s", ">= 5")
@@ -137,10 +152,15 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
     with WatcherOnBoard(rig.board, "usb:") as client:
         client.back_after("light by cable", 60)
         before = rig.daemon()
-        port = rig.board.run("for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && basename $d; done"
-                             " | head -1", check=True).out.strip()
+        port = rig.board.run(
+            "for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && basename $d; done"
+            " | head -1",
+            check=True,
+        ).out.strip()
         if not port:
-            raise Broken("no device of ours is on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out)
+            raise Broken(
+                "no device of ours is on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out
+            )
         times: dict[str, list[float]] = {"unplugged": [], "detached": []}
         for _ in range(2):
             rig.board.run("lightwell-usb-gadget unbind", check=True)
@@ -175,9 +195,13 @@ def _follow_by_wire(rig: Rig, client: WatcherOnBoard, wire: UsbWire, measured: M
     """What a client on the peer sees of the gadget, and how it comes back to it."""
     device, host, before = rig.board, rig.peer, rig.daemon()
     lines = client.next_seconds(10)
-    measured.time("descriptors a second on the other board", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 5")
+    measured.time(
+        "descriptors a second on the other board", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 5"
+    )
     measured.figure("descriptors missing meanwhile, counted", lines[-1]["gaps"] - lines[0]["gaps"])
-    measured.time("age of descriptors at their arrival, p99, largest second", max(line["age_p99_ms"] or 0 for line in lines), "ms")
+    measured.time(
+        "age of descriptors at their arrival, p99, largest second", max(line["age_p99_ms"] or 0 for line in lines), "ms"
+    )
     times: dict[str, list[float]] = {"detached by its host": [], "hidden by its device": []}
     for _ in range(2):
         wire.detach()
@@ -200,4 +224,6 @@ def _follow_by_wire(rig: Rig, client: WatcherOnBoard, wire: UsbWire, measured: M
     measured.figure("messages refused by the SDK", last["rejected"], "", "== 0")
     measured.figure("attachments that the kernel's usbip dropped at once, made again", wire.dropped)
     measured.figure("reconnects of the client", last["reconnects"], "", "== 4")
-    measured.figure("firmware on the other board", host.run(["systemctl", "is-active", "lightwelld"]).out.strip(), "", "== inactive")
+    measured.figure(
+        "firmware on the other board", host.run(["systemctl", "is-active", "lightwelld"]).out.strip(), "", "== inactive"
+    )

@@ -24,7 +24,8 @@ _SHOWN_S = 30
 def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     """The same pictures at the same pace through the board's firmware and the desktop's, side by side."""
     frames = rig.folder / "marker"
-    # So slow that the board, whose processor has its floats emulated, takes every frame: body and lamp are followed from one to the next.
+    # So slow that the board, whose processor has its floats emulated, takes every frame: body and lamp are followed
+    # from one to the next.
     rig.marker_frames(frames, [PICTURE], noisy=4, period_s=2)
     rig.board.copy_in(frames, _FRAMES)
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
@@ -32,13 +33,21 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     body = rig.tools.root / "firmware/estimate/marker/bodies" / BODY
     with rig.desktop_daemon(f"replay:{frames}?loop=0", "--estimator", "marker", "--body", body) as desktop:
         _record_both(rig, (uri, on_board), (desktop, on_desktop))
-        info, lights = rig.info(uri), [json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()]
-    measured.figure("captures that the board dropped, while it looked for the lamp for the first time", info["captures_dropped"], "", "<= 5")
+        info, lights = rig.info(uri), [
+            json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()
+        ]
+    measured.figure(
+        "captures that the board dropped, while it looked for the lamp for the first time",
+        info["captures_dropped"],
+        "",
+        "<= 5",
+    )
     measured.figure("pictures in which it did not find the marker", info["estimates_failed"], "", "== 0")
     told = [light["direction"] for light in lights if "direction" in light]
     off = _degrees(told[0], _true_lamp(rig)) if told else 180
     measured.figure("its strongest light, from the lamp that was shown", off, "deg", "<= 3")
-    # arm64's compiler fuses products with sums, and both the corners' fit and the lamps' go on until a step is small, not until it is none.
+    # arm64's compiler fuses products with sums, and both the corners' fit and the lamps' go on until a step is small,
+    # not until it is none.
     tell_apart(rig, on_board, on_desktop, measured, least=8, irradiance_percent=0.1, direction_deg=0.1)
 
 

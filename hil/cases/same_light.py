@@ -12,7 +12,9 @@ from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 
 
-def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_s: float = 6, desktop_s: float = 14) -> None:
+def same_light(
+    rig: Rig, frames: Path, there: str, measured: Measured, *, board_s: float = 6, desktop_s: float = 14
+) -> None:
     """Plays a recording of frames through both, for so long each: it is on the board as `there`, here as `frames`."""
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
     # Again and again, so that there is something to compare whenever a client comes.
@@ -22,8 +24,8 @@ def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_
     with rig.desktop_daemon(f"replay:{frames}?loop=0") as desktop:
         rig.record_here(desktop, desktop_s, on_desktop)
     measured.figure("captures that the board dropped, after which its smoothing is another", dropped, "", "== 0")
-    # Sums over pixels are made in lanes, four of NEON, eight or sixteen of AVX: floats are added in another order. What that
-    # moves must stay below what the wire rounds anyway, half a step of 13 bits of each coefficient.
+    # Sums over pixels are made in lanes, four of NEON, eight or sixteen of AVX: floats are added in another order. What
+    # that moves must stay below what the wire rounds anyway, half a step of 13 bits of each coefficient.
     tell_apart(rig, on_board, on_desktop, measured, least=20, irradiance_percent=0.02, direction_deg=0.01)
 
 

@@ -40,8 +40,12 @@ def calibrate(rig: Rig, camera: Any, scene: str = "") -> str:
 def unknown_to_client(grown: Mapping[str, float], measured: Measured) -> None:
     """Between two looks at rest: a client sees as holes in the numbers of descriptors what was dropped and what was lost before."""
     told = grown["arrived"] + grown["missing"]
-    measured.figure("frames that the client neither got as light nor knows as missing", abs(used_up(grown) + grown["frames_lost"] - told), "",
-                    UNTOLD)
+    measured.figure(
+        "frames that the client neither got as light nor knows as missing",
+        abs(used_up(grown) + grown["frames_lost"] - told),
+        "",
+        UNTOLD,
+    )
 
 
 def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
@@ -66,10 +70,16 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
     measured.figure("frames that the camera could not hand over, counted by it", grown["camera_dropped"])
     measured.figure("frames that the camera sent", grown["sent"])
     measured.figure("of these, frames that the firmware counted as lost", grown["frames_lost"])
-    measured.figure("frames sent that neither came nor were counted as lost", abs(grown["sent"] - grown["frames"] - grown["frames_lost"]), "",
-                    UNTOLD)
+    measured.figure(
+        "frames sent that neither came nor were counted as lost",
+        abs(grown["sent"] - grown["frames"] - grown["frames_lost"]),
+        "",
+        UNTOLD,
+    )
     measured.figure("captures dropped for the estimator's sake, a newer one being there", grown["captures_dropped"])
-    measured.figure("frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used_up(grown)), "", "== 0")
+    measured.figure(
+        "frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used_up(grown)), "", "== 0"
+    )
     unknown_to_client(grown, measured)
     measured.time("from delivery to the client, p50", summary["latency_p50_ms"] or float("nan"), "ms")
     measured.time("from delivery to the client, p99", summary["latency_p99_ms"] or float("nan"), "ms")
@@ -129,5 +139,9 @@ def limits(rig: Rig, test: Any, measured: Measured) -> None:
                 ended, lines = rig.snapshot(outside, uri), watcher.seconds()[since:]
         took = ended["at"] - begun["at"]
         measured.time(f"{width}x{height}: frames into the firmware", (ended["frames"] - begun["frames"]) / took, "/s")
-        measured.time(f"{width}x{height}: descriptors at the client", sum(line["frames"] for line in lines) / max(1, len(lines)), "/s")
+        measured.time(
+            f"{width}x{height}: descriptors at the client",
+            sum(line["frames"] for line in lines) / max(1, len(lines)),
+            "/s",
+        )
         measured.figure(f"{width}x{height}: where the board's two processors' time goes", profile)

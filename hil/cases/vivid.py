@@ -73,7 +73,10 @@ def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds
     asked, first, answered = look()
     summary = rig.watch(uri, seconds)
     asked_again, last, answered_again = look()
-    grown = {name: last[name] - first[name] for name in ("frames", "frames_lost", "estimates", "captures_dropped", "estimates_failed")}
+    grown = {
+        name: last[name] - first[name]
+        for name in ("frames", "frames_lost", "estimates", "captures_dropped", "estimates_failed")
+    }
     took = (asked_again + answered_again - asked - answered) / 2
     # A look is of some moment between question and answer.
     least, most = loop.rate * (asked_again - answered), loop.rate * (answered_again - asked)
@@ -86,8 +89,18 @@ def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds
     # Five standard deviations below the mean of what is drawn by lot.
     fewest = max(0.0, least * dropped / 100 - 5 * (least * dropped / 100) ** 0.5)
     measured.figure(f"{what}frames counted as lost", grown["frames_lost"], "", f">= {fewest:.0f}" if dropped else "")
-    measured.figure(f"{what}frames more or fewer than the clock made between the looks", max(0.0, least - seen, seen - most), "", "<= 8")
-    measured.figure(f"{what}frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used_up(grown)), "", "<= 4")
+    measured.figure(
+        f"{what}frames more or fewer than the clock made between the looks",
+        max(0.0, least - seen, seen - most),
+        "",
+        "<= 8",
+    )
+    measured.figure(
+        f"{what}frames that were neither estimated nor counted as dropped",
+        abs(grown["frames"] - used_up(grown)),
+        "",
+        "<= 4",
+    )
     if not dropped:
         measured.figure("where the board's two processors' time goes, %", rig.profile(3))
 
@@ -98,8 +111,11 @@ def _record(rig: Rig, text: str, more: str) -> None:
     rig.wait_for_recorded(_RECORDED)
     rig.board.run("systemctl stop lightwelld", check=True, timeout_s=60)
     # What is cut off at any byte can be read up to there.
-    rig.board.run(f"cd {_ROOM} && size=$(stat -c %s loop.lwr) && frames={_RECORDED} && "
-                  "head -c $(( size < frames * 700000 ? size : frames * 700000 )) loop.lwr > some.lwr && rm loop.lwr", check=True)
+    rig.board.run(
+        f"cd {_ROOM} && size=$(stat -c %s loop.lwr) && frames={_RECORDED} && "
+        "head -c $(( size < frames * 700000 ? size : frames * 700000 )) loop.lwr > some.lwr && rm loop.lwr",
+        check=True,
+    )
     rig.board.copy_out(f"{_ROOM}/some.lwr", rig.folder / "loop.lwr")
 
 
@@ -109,8 +125,22 @@ def _bytes(rig: Rig, pictures: list[bytes], measured: Measured) -> None:
     frames = recording.read(rig.folder / "loop.lwr")[1]
     shown = [(frame.sequence, number.get(frame.data)) for frame in frames]
     measured.figure("frames whose bytes were looked at", len(shown), "", f">= {_RECORDED // 2}")
-    measured.figure("of these, frames that are none of the pictures that were fed", sum(1 for _, at in shown if at is None), "", "== 0")
-    measured.figure("different pictures among them", len({at for _, at in shown if at is not None}), "", f">= {len(pictures) // 2}")
-    # Output and camera tick each for itself: of two neighbours one may show the other's picture again, or leave one out.
-    steps = [(b - a) % len(pictures) for (m, a), (n, b) in zip(shown, shown[1:]) if n == m + 1 and a is not None and b is not None]
-    measured.figure("neighbours of which the second shows the next picture", 100 * steps.count(1) / max(1, len(steps)), "%")
+    measured.figure(
+        "of these, frames that are none of the pictures that were fed",
+        sum(1 for _, at in shown if at is None),
+        "",
+        "== 0",
+    )
+    measured.figure(
+        "different pictures among them", len({at for _, at in shown if at is not None}), "", f">= {len(pictures) // 2}"
+    )
+    # Output and camera tick each for itself: of two neighbours one may show the other's picture again, or leave one
+    # out.
+    steps = [
+        (b - a) % len(pictures)
+        for (m, a), (n, b) in zip(shown, shown[1:])
+        if n == m + 1 and a is not None and b is not None
+    ]
+    measured.figure(
+        "neighbours of which the second shows the next picture", 100 * steps.count(1) / max(1, len(steps)), "%"
+    )

@@ -201,17 +201,38 @@ class Board:
                             else UserNetwork(options.number, tuple(dict.fromkeys((*PORTS, *options.ports)))))
         identity = hashlib.sha256(str(self.folder).encode()).hexdigest()[:32]
         machine = qemu.Machine(
-            program=program, accelerator=accelerator, kernel=base.kernel, initrd=base.initrd,
-            disks=(qemu.Disk(base.disk, "lw-base"), qemu.Disk(firmware, "lw-firmware"),
-                   qemu.Disk(self.state_disk, "lw-state", writable=True),
-                   *(qemu.Disk(path, serial, writable=True) for serial, path in options.disks.items())),
-            kernel_words=(qemu.CONSOLE, "quiet", "loglevel=4", "panic=5", "cryptomgr.notests", "rcupdate.rcu_expedited=1",
-                          # A process for each of many small events at a time is what costs an emulated processor most.
-                          "udev.children_max=2",
-                          f"systemd.machine_id={identity}", "systemd.show_status=auto",
-                          *kernel_words(options.number, self.name), *options.kernel_words),
-            network=tuple(network.arguments()), qmp=self.folder / "qmp.sock", serial_log=self.serial_log, cpus=options.cpus,
-            memory_mb=options.memory_mb, usb_sockets=tuple(options.usb_sockets.items()), extra=options.qemu_arguments)
+            program=program,
+            accelerator=accelerator,
+            kernel=base.kernel,
+            initrd=base.initrd,
+            disks=(
+                qemu.Disk(base.disk, "lw-base"),
+                qemu.Disk(firmware, "lw-firmware"),
+                qemu.Disk(self.state_disk, "lw-state", writable=True),
+                *(qemu.Disk(path, serial, writable=True) for serial, path in options.disks.items()),
+            ),
+            kernel_words=(
+                qemu.CONSOLE,
+                "quiet",
+                "loglevel=4",
+                "panic=5",
+                "cryptomgr.notests",
+                "rcupdate.rcu_expedited=1",
+                # A process for each of many small events at a time is what costs an emulated processor most.
+                "udev.children_max=2",
+                f"systemd.machine_id={identity}",
+                "systemd.show_status=auto",
+                *kernel_words(options.number, self.name),
+                *options.kernel_words,
+            ),
+            network=tuple(network.arguments()),
+            qmp=self.folder / "qmp.sock",
+            serial_log=self.serial_log,
+            cpus=options.cpus,
+            memory_mb=options.memory_mb,
+            usb_sockets=tuple(options.usb_sockets.items()),
+            extra=options.qemu_arguments,
+        )
         network.open()
         try:
             with open(self.folder / "qemu.log", "wb") as log:
@@ -219,9 +240,18 @@ class Board:
                 self._child = subprocess.Popen(network.host_command(machine.arguments()), stdin=subprocess.DEVNULL,
                                                stdout=log, stderr=log, start_new_session=True)
             process = Process.of(self._child.pid)
-            told = {"name": self.name, "pid": self._child.pid, "began": process.began if process else 0, "started": time.time(),
-                    "accelerator": accelerator, "why": why, "cpus": options.cpus, "memory_mb": options.memory_mb,
-                    "network": network.describe(), "seconds": {}}
+            told = {
+                "name": self.name,
+                "pid": self._child.pid,
+                "began": process.began if process else 0,
+                "started": time.time(),
+                "accelerator": accelerator,
+                "why": why,
+                "cpus": options.cpus,
+                "memory_mb": options.memory_mb,
+                "network": network.describe(),
+                "seconds": {},
+            }
             if options.owned:
                 owner = Process.own()
                 told["owner"] = {"pid": owner.pid, "began": owner.began}
@@ -329,7 +359,9 @@ class Board:
             self._ssh = Ssh(network.reach(SSH_PORT), known.client, known.host, self.folder, network.host_command(()))
         return self._ssh
 
-    def run(self, command: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False) -> Ran:
+    def run(
+        self, command: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False
+    ) -> Ran:
         """See Ssh.run."""
         self._need()
         return self.ssh().run(command, timeout_s=timeout_s, text=text, check=check)
@@ -352,7 +384,9 @@ class Board:
 
         def look() -> bool:
             self._die_if_dead()
-            done = self.run(["systemctl", "show", unit, "-p", "ActiveState,SubState,ActiveEnterTimestampMonotonic,NRestarts"])
+            done = self.run(
+                ["systemctl", "show", unit, "-p", "ActiveState,SubState,ActiveEnterTimestampMonotonic,NRestarts"]
+            )
             shown.update(line.split("=", 1) for line in done.out.splitlines() if "=" in line)
             restarts.append(int(shown.get("NRestarts", "0")))
             # What has failed three times from its start will not come.
@@ -370,8 +404,11 @@ class Board:
 
     def write_config(self, text: str, timeout_s: float = 180.0) -> None:
         """Another configuration for lightwelld, which is started anew with it."""
-        self.run("cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new /etc/lightwell/probe.textproto",
-                 text=text, check=True)
+        self.run(
+            "cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new /etc/lightwell/probe.textproto",
+            text=text,
+            check=True,
+        )
         begun = time.monotonic()
         # Returns when the service is ready or has failed: looks by ssh would take the processor that it starts with.
         self.run(f"timeout {timeout_s:.0f} systemctl restart lightwelld", timeout_s=timeout_s + 30)

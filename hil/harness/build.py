@@ -14,7 +14,14 @@ from . import image
 from .waits import say
 
 BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
-HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings", "marker_frames")
+HOST_TARGETS = (
+    "lightwell_cli",
+    "lightwelld",
+    "lightwell-usb-camera",
+    "demo_report",
+    "compare_recordings",
+    "marker_frames",
+)
 
 
 class NotBuilt(Exception):
@@ -26,7 +33,9 @@ def _run(steps: Sequence[Sequence[str | Path]], log: Path) -> None:
     with open(log, "w", encoding="utf-8") as out:
         for step in steps:
             words = [str(word) for word in step]
-            if subprocess.run(words, cwd=image.REPOSITORY, stdin=subprocess.DEVNULL, stdout=out, stderr=out, check=False).returncode:
+            if subprocess.run(
+                words, cwd=image.REPOSITORY, stdin=subprocess.DEVNULL, stdout=out, stderr=out, check=False
+            ).returncode:
                 last = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-20:])
                 raise NotBuilt(f"'{' '.join(words)}' failed:\n{last}\nall of it: {log}")
 
@@ -36,7 +45,9 @@ def build_for_board(folder: Path) -> None:
     packages = image.sysroot()
     steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", *BOARD_TARGETS]]
     try:
-        in_use = f"LIGHTWELL_SYSROOT_IN_USE:INTERNAL={packages}\n" in (folder / "CMakeCache.txt").read_text(encoding="utf-8")
+        in_use = f"LIGHTWELL_SYSROOT_IN_USE:INTERNAL={packages}\n" in (folder / "CMakeCache.txt").read_text(
+            encoding="utf-8"
+        )
     except FileNotFoundError:
         in_use = False
     if not in_use:

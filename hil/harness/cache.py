@@ -73,7 +73,9 @@ def digest(parts: Iterable[str | Path]) -> str:
 
 def _sweep(root: Path, kind: str) -> None:
     """Removes what was not asked for lately, and of the rest all but the few that were asked for last."""
-    folders = sorted((folder for folder in root.glob(f"{kind}-*") if folder.is_dir()), key=lambda folder: -folder.stat().st_mtime)
+    folders = sorted(
+        (folder for folder in root.glob(f"{kind}-*") if folder.is_dir()), key=lambda folder: -folder.stat().st_mtime
+    )
     oldest = time.time() - DAYS_KEPT * 24 * 3600
     for place, folder in enumerate(folders):
         if place >= MOST_KEPT or folder.stat().st_mtime < oldest:

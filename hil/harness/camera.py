@@ -29,14 +29,25 @@ class UsbCamera:
         self._folder = tempfile.TemporaryDirectory(prefix="lightwell-camera-")
         self._control = Path(self._folder.name) / "control"
         self._said = Path(self._folder.name) / "log"
-        self._command = [str(program), "--redir", str(redir), "--control", str(self._control), "--scene", scene, *arguments]
+        self._command = [
+            str(program),
+            "--redir",
+            str(redir),
+            "--control",
+            str(self._control),
+            "--scene",
+            scene,
+            *arguments,
+        ]
         self._child: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> UsbCamera:
         self.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.stop()
         self._folder.cleanup()
 

@@ -34,12 +34,34 @@ def demo(scene: str, seconds: float, out: Path) -> int:
     with open_rig(everything.board[0], everything, tools) as rig:
         say("the board runs; rendering the camera's pictures ahead and plugging it in")
         with rig.usb_camera(_CAMERA, scene=uri, arguments=ahead(camera, ",".join(BRACKET))):
-            probe = rig.configure(camera_text(rig, camera, rig.wait_for_video(), exposure="&exposure=" + ",".join(BRACKET)),
-                                  more=calibrate(rig, camera, uri))
+            probe = rig.configure(
+                camera_text(rig, camera, rig.wait_for_video(), exposure="&exposure=" + ",".join(BRACKET)),
+                more=calibrate(rig, camera, uri),
+            )
             say(f"lightwelld serves at {probe}; watching for {seconds:g} s")
-            print(rig.client(["watch", probe, "--seconds", str(seconds), "--record", str(recording)], timeout_s=seconds + 60), end="")
-    command = [tools.host / "demo_report", "--recording", recording, "--camera", uri, "--width", camera.width, "--height",
-               camera.height, "--frame-rate", camera.frame_rate, "--picture", out / "demo.png", "--title", f"{Path(scene).stem}, on the board"]
+            print(
+                rig.client(
+                    ["watch", probe, "--seconds", str(seconds), "--record", str(recording)], timeout_s=seconds + 60
+                ),
+                end="",
+            )
+    command = [
+        tools.host / "demo_report",
+        "--recording",
+        recording,
+        "--camera",
+        uri,
+        "--width",
+        camera.width,
+        "--height",
+        camera.height,
+        "--frame-rate",
+        camera.frame_rate,
+        "--picture",
+        out / "demo.png",
+        "--title",
+        f"{Path(scene).stem}, on the board",
+    ]
     for exposure in BRACKET:
         command += ["--exposure-s", exposure]
     return subprocess.run([str(word) for word in command], check=False).returncode

@@ -139,8 +139,10 @@ def set_units(root: Path, units: Path) -> None:
         elif verb == "enable" and len(target) == 1:
             _link(own / f"{target[0]}.wants" / unit, "/" + str(found.relative_to(root)))
         else:
-            raise ImageError(f"{units}: '{verb} {unit} {' '.join(target)}' is none of 'enable UNIT TARGET', 'mask UNIT' and "
-                             "'silence GENERATOR'")
+            raise ImageError(
+                f"{units}: '{verb} {unit} {' '.join(target)}' is none of 'enable UNIT TARGET', 'mask UNIT' and "
+                "'silence GENERATOR'"
+            )
     _link(own / "default.target", "/usr/lib/systemd/system/multi-user.target")
 
 
@@ -221,9 +223,27 @@ def make_ext4(tree: Path, disk: Path, label: str, *, journal: bool, room_mb: flo
     blocks = sum(-(-entry.st_size // 4096) for entry in files.values()) + len(files)
     megabytes = int(blocks * 4096 / 2**20 * 1.02 + len(files) * 256 / 2**20 + room_mb) + 2
     count = inodes or len(files) + len(files) // 10 + 64
-    command: list[str | Path] = ["mke2fs", "-q", "-F", "-t", "ext4", "-L", label, "-m", "0", "-N", str(count),
-                                 "-E", "root_owner=0:0,lazy_itable_init=0", "-O", "has_journal" if journal else "^has_journal",
-                                 "-d", tree, disk, f"{megabytes}M"]
+    command: list[str | Path] = [
+        "mke2fs",
+        "-q",
+        "-F",
+        "-t",
+        "ext4",
+        "-L",
+        label,
+        "-m",
+        "0",
+        "-N",
+        str(count),
+        "-E",
+        "root_owner=0:0,lazy_itable_init=0",
+        "-O",
+        "has_journal" if journal else "^has_journal",
+        "-d",
+        tree,
+        disk,
+        f"{megabytes}M",
+    ]
     if os.geteuid() != 0:
         # In a namespace of its own the maker counts as root, and so the files that it made.
         command = ["unshare", "--map-root-user", *command]

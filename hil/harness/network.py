@@ -59,8 +59,12 @@ class UserNetwork:
     def arguments(self) -> list[str]:
         # restrict: what a board sends out reaches nobody, and no other machine's mDNS reaches it.
         forwards = "".join(f",hostfwd=tcp:127.0.0.1:0-{board_address(self.number)}:{port}" for port in self.wanted)
-        return ["-netdev", f"user,id=net0,net=10.77.0.0/24,host={HOST},dns=10.77.0.3,dhcpstart=10.77.0.220,restrict=on{forwards}",
-                "-device", f"virtio-net-pci,netdev=net0,mac={mac_address(self.number)},romfile="]
+        return [
+            "-netdev",
+            f"user,id=net0,net=10.77.0.0/24,host={HOST},dns=10.77.0.3,dhcpstart=10.77.0.220,restrict=on{forwards}",
+            "-device",
+            f"virtio-net-pci,netdev=net0,mac={mac_address(self.number)},romfile=",
+        ]
 
     def learn(self, qmp: Qmp) -> None:
         """Asks QEMU which ports it was given."""
@@ -84,8 +88,14 @@ class UserNetwork:
 
 def _ip(*words: str) -> str:
     try:
-        done = subprocess.run(["ip", *words], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              check=False)
+        done = subprocess.run(
+            ["ip", *words],
+            text=True,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
     except FileNotFoundError as error:
         raise NetworkError("ip is not installed: run cmake/setup") from error
     if done.returncode != 0:
@@ -96,7 +106,8 @@ def _ip(*words: str) -> str:
 @dataclass
 class TapNetwork:
     """A bridge with the host's address in the network namespace lightwell-WIRE, and one tap a board. Boards that name the same
-    wire and have different numbers see each other. Programs of the host are started in the namespace: host_command()."""
+    wire and have different numbers see each other. Programs of the host are started in the namespace: host_command().
+    """
     wire: str
     number: int = 1
 

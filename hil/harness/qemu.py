@@ -56,9 +56,26 @@ def boots(command: Sequence[str], timeout_s: float) -> bool:
 
 def probe_command(program: str, base: Base, name: str) -> list[str]:
     """The smallest board there is: a kernel and the initrd, which says a word and switches off."""
-    return [program, *acceleration(name), "-smp", "1", "-m", "256", "-nodefaults", "-display", "none", "-serial", "stdio",
-            "-no-reboot", "-kernel", str(base.kernel), "-initrd", str(base.initrd),
-            "-append", f"{CONSOLE} quiet panic=-1 lightwell.probe"]
+    return [
+        program,
+        *acceleration(name),
+        "-smp",
+        "1",
+        "-m",
+        "256",
+        "-nodefaults",
+        "-display",
+        "none",
+        "-serial",
+        "stdio",
+        "-no-reboot",
+        "-kernel",
+        str(base.kernel),
+        "-initrd",
+        str(base.initrd),
+        "-append",
+        f"{CONSOLE} quiet panic=-1 lightwell.probe",
+    ]
 
 
 def accelerator(program: str, base: Base) -> tuple[str, str]:
@@ -107,7 +124,8 @@ class Machine:
     serial_log: Path
     cpus: int = 2
     memory_mb: int = 2048
-    # Sockets of USB devices' programs, by their ids (usb-redir); one that does not listen yet is plugged in when it does.
+    # Sockets of USB devices' programs, by their ids (usb-redir); one that does not listen yet is plugged in when it
+    # does.
     usb_sockets: tuple[tuple[str, Path], ...] = ()
     extra: tuple[str, ...] = ()
 

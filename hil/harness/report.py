@@ -111,8 +111,10 @@ def markdown(roster: Any, results: dict[str, Result], run: dict[str, str]) -> st
             lines += ["```", result.skipped or result.trouble, "```", ""]
         if result.figures:
             lines += ["| figure | asked | measured | holds |", "| --- | --- | --- | --- |"]
-            lines += [f"| {f.name} | {f.asked or 'reported'} | {_value(f)} {f.unit} | {'yes' if f.holds else '**no**'} |"
-                      for f in result.figures]
+            lines += [
+                f"| {f.name} | {f.asked or 'reported'} | {_value(f)} {f.unit} | {'yes' if f.holds else '**no**'} |"
+                for f in result.figures
+            ]
             lines += [""]
         lines += [f"{result.seconds:.0f} s", ""]
     return "\n".join(lines)

@@ -31,9 +31,9 @@ from .watcher import Watcher, WatcherHere
 
 # What the camera damaged as it was told to.
 DAMAGED = ("torn", "shortened", "marked")
-# Threads that gRPC 1.51 starts as it needs them, by what the kernel shows of their names. Those of an executor stay, at most two a core. Those
-# of the event engine are one a core and at least two, and one more a second while all are busy, which ends after 30 s without work:
-# gRPC sets no bound there, the tests ask for the same.
+# Threads that gRPC 1.51 starts as it needs them, by what the kernel shows of their names. Those of an executor stay, at
+# most two a core. Those of the event engine are one a core and at least two, and one more a second while all are busy,
+# which ends after 30 s without work: gRPC sets no bound there, the tests ask for the same.
 _EXECUTORS = ("default-executo", "resolver-execut")
 _ENGINE = "event_engine"
 _REST_S = 1.8
@@ -55,7 +55,9 @@ class Tools:
 
 def _said(command: Sequence[str | Path], root: Path, what: str) -> str:
     """What a program of this machine printed."""
-    done = subprocess.run([str(word) for word in command], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    done = subprocess.run(
+        [str(word) for word in command], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
     if done.returncode:
         raise NotBuilt(f"{what} failed:\n{done.stdout[-3000:]}")
     return done.stdout
@@ -104,7 +106,8 @@ def _switched_on(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Boa
     options = Options(build=tools.board, cpus=board.qemu.cpus or 2, memory_mb=board.qemu.memory_mb or 2048,
                       net=board.qemu.net or "user", owned=True, **more)
     machine = Board(f"hil-{board.name}", options)
-    # Before the start: QEMU may run when the start gives up. The next one is as new: how this one would go down is board.costs' to tell.
+    # Before the start: QEMU may run when the start gives up. The next one is as new: how this one would go down is
+    # board.costs' to tell.
     stack.callback(machine.power_cut)
     machine.start(fresh=True)
     return machine
@@ -118,7 +121,9 @@ def used_up(grown: Mapping[str, float]) -> float:
 class Rig:
     """One board and what stands around it. `peer`: the second board on its wire, where the test has one."""
 
-    def __init__(self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path, peer: Board | None = None) -> None:
+    def __init__(
+        self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path, peer: Board | None = None
+    ) -> None:
         self.board = board
         self.peer = peer
         self.tools = tools
@@ -144,8 +149,10 @@ class Rig:
 
     def video_devices(self) -> list[str]:
         """Nodes of USB cameras that give pictures: each has a second one for metadata."""
-        found = self.board.run("for d in /sys/class/video4linux/video*; do [ -e $d ] && readlink -f $d/device/driver | grep -q uvc "
-                               "&& [ $(cat $d/index) = 0 ] && basename $d; done; true").out
+        found = self.board.run(
+            "for d in /sys/class/video4linux/video*; do [ -e $d ] && readlink -f $d/device/driver | grep -q uvc "
+            "&& [ $(cat $d/index) = 0 ] && basename $d; done; true"
+        ).out
         return sorted(f"/dev/{name}" for name in found.split())
 
     def wait_for_video(self, limit_s: float = 60) -> str:
@@ -162,7 +169,9 @@ class Rig:
 
     # --- the firmware
 
-    def configure(self, camera: str, *, more: str = "", grpc: str = "security: LINK_SECURITY_PLAIN", timeout_s: float = 240) -> str:
+    def configure(
+        self, camera: str, *, more: str = "", grpc: str = "security: LINK_SECURITY_PLAIN", timeout_s: float = 240
+    ) -> str:
         """lightwelld with `camera` (text of a CameraConfig), `grpc` (of a GrpcConfig) and `more` fields, serving; the
         client's URI."""
         self.board.write_config(f'probe_name: "board"\ncamera {{ {camera} }}\n'
@@ -172,11 +181,14 @@ class Rig:
     def daemon(self) -> dict[str, int]:
         """lightwelld's process as the board has it: pid, resident kB and those of them that are its own, threads (without those of
         gRPC's pools), handles; and how often systemd started it anew."""
-        shown = self.board.run("p=$(systemctl show -p MainPID --value lightwelld); echo pid $p; "
-                               "systemctl show -p NRestarts lightwelld | sed 's/NRestarts=/restarts /'; "
-                               "sed -n 's/^VmRSS:/rss_kb/p; s/^RssAnon:/own_kb/p' /proc/$p/status; "
-                               f"echo threads $(cat /proc/$p/task/*/comm | grep -vcxE '{'|'.join((*_EXECUTORS, _ENGINE))}'); "
-                               "echo handles $(ls /proc/$p/fd | wc -l)", check=True).out
+        shown = self.board.run(
+            "p=$(systemctl show -p MainPID --value lightwelld); echo pid $p; "
+            "systemctl show -p NRestarts lightwelld | sed 's/NRestarts=/restarts /'; "
+            "sed -n 's/^VmRSS:/rss_kb/p; s/^RssAnon:/own_kb/p' /proc/$p/status; "
+            f"echo threads $(cat /proc/$p/task/*/comm | grep -vcxE '{'|'.join((*_EXECUTORS, _ENGINE))}'); "
+            "echo handles $(ls /proc/$p/fd | wc -l)",
+            check=True,
+        ).out
         return {name: int(value) for name, value, *_ in (line.split() for line in shown.splitlines())}
 
     def pool_threads(self) -> dict[str, tuple[int, int]]:
@@ -193,8 +205,16 @@ class Rig:
         info = self.info(uri)
         dropped = sum(counts[name] for name in ("busy", "replaced", "unrendered", "aborted"))
         sent = sum(counts[name] for name in ("sent", *DAMAGED))
-        return {"at": at, "sent": sent, "camera_dropped": dropped, "damaged": sum(counts[name] for name in DAMAGED),
-                **{name: info[name] for name in ("frames", "frames_lost", "estimates", "estimates_failed", "captures_dropped")}}
+        return {
+            "at": at,
+            "sent": sent,
+            "camera_dropped": dropped,
+            "damaged": sum(counts[name] for name in DAMAGED),
+            **{
+                name: info[name]
+                for name in ("frames", "frames_lost", "estimates", "estimates_failed", "captures_dropped")
+            },
+        }
 
     def at_rest(self, camera: UsbCamera, uri: str, watcher: Watcher) -> dict[str, float]:
         """A snapshot while nothing is under way, so that what went in can be held against what came out, with what the client got
@@ -209,15 +229,25 @@ class Rig:
             told = len(watcher.seconds())
             looked = self.snapshot(camera, uri)
             # The client's second in which the last frames came must have ended, and the next frames not have begun.
-            lines = wait_for("the client's second to end", lambda: watcher.seconds() if len(watcher.seconds()) > told else None, 10,
-                             every_s=0.05)
+            lines = wait_for(
+                "the client's second to end",
+                lambda: watcher.seconds() if len(watcher.seconds()) > told else None,
+                10,
+                every_s=0.05,
+            )
             late = time.monotonic() - begun
             watcher.wait_for("light after the rest", 60, since=len(lines))
             if late <= _REST_S and streams() == before:
-                return looked | {"at": begun, "until": begun + _REST_S, "arrived": sum(line["frames"] for line in lines),
-                                 "missing": lines[-1]["gaps"]}
-        raise Broken(f"four looks at a camera at rest took more than {_REST_S} s each, or the firmware took it for gone: this machine "
-                     "is too busy")
+                return looked | {
+                    "at": begun,
+                    "until": begun + _REST_S,
+                    "arrived": sum(line["frames"] for line in lines),
+                    "missing": lines[-1]["gaps"],
+                }
+        raise Broken(
+            f"four looks at a camera at rest took more than {_REST_S} s each, or the firmware took it for gone: this machine "
+            "is too busy"
+        )
 
     def profile(self, seconds: float) -> str:
         """Where the time of the board's processors goes, in percent of all of them."""
@@ -243,7 +273,9 @@ class Rig:
     def wait_for_recorded(self, frames: int, limit_s: float = 120) -> None:
         """Until lightwelld has written so many frames."""
         uri = self.board.grpc()
-        wait_for(f"{frames} frames to be recorded", lambda: self.info(uri)["frames_recorded"] >= frames, limit_s, every_s=1)
+        wait_for(
+            f"{frames} frames to be recorded", lambda: self.info(uri)["frames_recorded"] >= frames, limit_s, every_s=1
+        )
 
     def journal(self, lines: int = 15) -> str:
         """The last that lightwelld said."""
@@ -261,7 +293,9 @@ class Rig:
         except subprocess.TimeoutExpired as error:
             raise Broken(f"{' '.join(words)} did not end within {timeout_s:.0f} s") from error
         if done.returncode not in good:
-            raise Broken(f"lightwell {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()}\n{self.journal()}")
+            raise Broken(
+                f"lightwell {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()}\n{self.journal()}"
+            )
         return done.stdout
 
     def watch(self, uri: str, seconds: float) -> dict[str, Any]:
@@ -308,24 +342,56 @@ class Rig:
     def record_here(self, uri: str, seconds: float, file: Path) -> None:
         """As record(), of a probe of this machine."""
         file.unlink(missing_ok=True)
-        _said([self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)], self.folder, "lightwell record")
+        _said(
+            [self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)],
+            self.folder,
+            "lightwell record",
+        )
 
     def marker_frames(self, folder: Path, pictures: Sequence[str], *, noisy: int, period_s: float) -> None:
         """Path-traced pictures of a marker as a webcam's frames, for the replay camera: hil/report/marker_frames_main.cpp."""
-        _said([self.tools.host / "marker_frames", folder, "--picture", ",".join(pictures), "--noisy", str(noisy), "--period-s", str(period_s)],
-              self.folder, "marker_frames")
+        _said(
+            [
+                self.tools.host / "marker_frames",
+                folder,
+                "--picture",
+                ",".join(pictures),
+                "--noisy",
+                str(noisy),
+                "--period-s",
+                str(period_s),
+            ],
+            self.folder,
+            "marker_frames",
+        )
 
     def compare(self, one: Path, other: Path) -> dict[str, float]:
         """What tells the light of two recordings apart: hil/report/compare_main.cpp."""
-        return json.loads(_said([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings"))
+        return json.loads(
+            _said([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings")
+        )
 
     def judge(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str] = ()) -> dict[str, float]:
         """A recording against the truth of its scene: demo_report's summary."""
-        command = [self.tools.host / "demo_report", "--recording", recording, "--camera", scene, "--width", camera.width, "--height",
-                   camera.height, "--frame-rate", camera.frame_rate, "--json"]
+        command = [
+            self.tools.host / "demo_report",
+            "--recording",
+            recording,
+            "--camera",
+            scene,
+            "--width",
+            camera.width,
+            "--height",
+            camera.height,
+            "--frame-rate",
+            camera.frame_rate,
+            "--json",
+        ]
         for exposure in exposures:
             command += ["--exposure-s", exposure]
-        done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        done = subprocess.run(
+            [str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
         if done.returncode > 1:
             raise Broken(f"demo_report ended with {done.returncode}: {done.stderr}")
         return json.loads(done.stdout)

@@ -43,8 +43,10 @@ def _check(roster: Any, name: str) -> None:
         names[kind] = seen
     for camera in roster.camera:
         if camera.WhichOneof("kind") == "vivid" and camera.vivid.format not in FOURCC:
-            raise RosterError(f"{name}: camera {camera.name}: nothing renders '{camera.vivid.format}' for vivid; there are "
-                              + ", ".join(FOURCC))
+            raise RosterError(
+                f"{name}: camera {camera.name}: nothing renders '{camera.vivid.format}' for vivid; there are "
+                + ", ".join(FOURCC)
+            )
     if not roster.test:
         raise RosterError(f"{name}: there is no test in it")
     for test in roster.test:
@@ -65,11 +67,15 @@ def _check(roster: Any, name: str) -> None:
 def _check_peer(roster: Any, test: Any, name: str) -> None:
     boards = {board.name: board for board in roster.board}
     if test.peer not in boards:
-        raise RosterError(f"{name}: test {test.name} asks for peer '{test.peer}'; there are {', '.join(sorted(boards))}")
+        raise RosterError(
+            f"{name}: test {test.name} asks for peer '{test.peer}'; there are {', '.join(sorted(boards))}"
+        )
     if test.peer == test.board:
         raise RosterError(f"{name}: test {test.name}: the peer is another board than {test.board}")
     for board in (boards[test.board], boards[test.peer]):
         if board.WhichOneof("kind") != "qemu" or board.qemu.net != "tap":
-            raise RosterError(f"{name}: test {test.name}: {board.name} is on no wire with its peer; that needs net: \"tap\"")
+            raise RosterError(
+                f"{name}: test {test.name}: {board.name} is on no wire with its peer; that needs net: \"tap\""
+            )
     if not test.spoils_board:
         raise RosterError(f"{name}: test {test.name} has a peer, so it needs spoils_board: true")

@@ -36,7 +36,9 @@ class CommandFailed(Exception):
 class Ssh:
     """Commands run as root. `before` are words that the client is started with (a network namespace's)."""
 
-    def __init__(self, address: tuple[str, int], key: Path, host_key: Path, folder: Path, before: Sequence[str] = ()) -> None:
+    def __init__(
+        self, address: tuple[str, int], key: Path, host_key: Path, folder: Path, before: Sequence[str] = ()
+    ) -> None:
         self.address = address
         self._before = list(before)
         known = folder / "known_hosts"
@@ -54,7 +56,16 @@ class Ssh:
         """The client's whole command line; a `remote` of several words arrives as these words."""
         host, port = self.address
         text = [remote[0]] if len(remote) == 1 else [shlex.join(remote)] if remote else []
-        return [*self._before, "ssh", *self._options, *(["-t"] if terminal else []), "-p", str(port), f"root@{host}", *text]
+        return [
+            *self._before,
+            "ssh",
+            *self._options,
+            *(["-t"] if terminal else []),
+            "-p",
+            str(port),
+            f"root@{host}",
+            *text,
+        ]
 
     def greets(self, timeout_s: float = 15.0) -> bool:
         """Whether a server says its name at the port: cheaper for the board than a connection. A server that is asked and not
@@ -64,22 +75,42 @@ class Ssh:
             if self._before:
                 # In a namespace the port is out of this process's sight.
                 program = [*self._before, sys.executable, "-c", GREETING, host, str(port), str(timeout_s)]
-                return subprocess.run(program, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                      timeout=timeout_s + 10, check=False).returncode == 0
+                return (
+                    subprocess.run(
+                        program,
+                        stdin=subprocess.DEVNULL,
+                        stdout=subprocess.DEVNULL,
+                        stderr=subprocess.DEVNULL,
+                        timeout=timeout_s + 10,
+                        check=False,
+                    ).returncode
+                    == 0
+                )
             with socket.create_connection(self.address, timeout=timeout_s) as connection:
                 return connection.recv(4) == b"SSH-"
         except (OSError, subprocess.TimeoutExpired):
             return False
 
-    def run(self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False) -> Ran:
+    def run(
+        self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False
+    ) -> Ran:
         """Runs a command (a str: by the board's shell) with `text` as its input. Raises TimeoutError after `timeout_s`: the
         command may then go on in the board; CommandFailed with `check` where its status is not 0."""
         words = [remote] if isinstance(remote, str) else list(remote)
         try:
-            # The connection that stays open inherits stderr: read from a pipe it would be waited for as long as it stays.
-            done = subprocess.run(self.command(words), input=text, stdin=subprocess.DEVNULL if text is None else None,
-                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace", timeout=timeout_s,
-                                  check=False)
+            # The connection that stays open inherits stderr: read from a pipe it would be waited for as long as it
+            # stays.
+            done = subprocess.run(
+                self.command(words),
+                input=text,
+                stdin=subprocess.DEVNULL if text is None else None,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                errors="replace",
+                timeout=timeout_s,
+                check=False,
+            )
         except subprocess.TimeoutExpired as error:
             raise TimeoutError(f"waited {timeout_s:g} s for the board to end: {shlex.join(words)}") from error
         if check and done.returncode != 0:
@@ -99,14 +130,27 @@ class Ssh:
     def close(self) -> None:
         """Ends the connection that stays open, if there is one."""
         host, port = self.address
-        subprocess.run([*self._before, "ssh", *self._options, "-O", "exit", "-p", str(port), f"root@{host}"], check=False,
-                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=10)
+        subprocess.run(
+            [*self._before, "ssh", *self._options, "-O", "exit", "-p", str(port), f"root@{host}"],
+            check=False,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=10,
+        )
 
     def _copy(self, source: str, target: str, timeout_s: float) -> None:
         command = [*self._before, "scp", "-q", "-p", "-r", *self._options, "-P", str(self.address[1]), source, target]
         try:
-            done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                  timeout=timeout_s, check=False)
+            done = subprocess.run(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                timeout=timeout_s,
+                check=False,
+            )
         except subprocess.TimeoutExpired as error:
             raise TimeoutError(f"waited {timeout_s:g} s for the copy of {source} to {target}") from error
         if done.returncode != 0:

@@ -32,14 +32,25 @@ class UsbWire:
     def attach(self) -> float:
         """Returns when the gadget is on the host's bus: time.monotonic() of the attachment's beginning. The kernel's usbip-vudc (6.1) may
         answer to a new host what the one before had asked. Either usbip reads that in place of usbipd's answer ("version mismatch: 0"),
-        or vhci-hcd does and lets go of the gadget ("cannot find a urb of seqnum"): whoever attached it has to do so again."""
+        or vhci-hcd does and lets go of the gadget ("cannot find a urb of seqnum"): whoever attached it has to do so again.
+        """
         def attached() -> float | None:
-            wait_for("the gadget to be free", lambda: self._device.run(f"cat {_STATUS}", check=True).out.strip() == "1", 30, every_s=0.3)
+            wait_for(
+                "the gadget to be free",
+                lambda: self._device.run(f"cat {_STATUS}", check=True).out.strip() == "1",
+                30,
+                every_s=0.3,
+            )
             begun = time.monotonic()
             said = self._host.run(f"usbip attach -r {self._address} -d {self.udc}")
             last.append(said.err.strip())
-            if said.status == 0 and wait_for("the gadget on the host's bus, or its port to be free again", self._outcome, 30,
-                                             every_s=0.2) == _THERE:
+            if (
+                said.status == 0
+                and wait_for(
+                    "the gadget on the host's bus, or its port to be free again", self._outcome, 30, every_s=0.2
+                )
+                == _THERE
+            ):
                 return begun
             self.dropped += 1
             return None
@@ -54,6 +65,11 @@ class UsbWire:
 
     def _outcome(self) -> str | None:
         # Of vhci-hcd's ports; state 4 is free.
-        return self._host.run(f"grep -qsx 'Lightwell light probe' /sys/bus/usb/devices/*/product && echo {_THERE} && exit; "
-                              f"awk 'NR > 1 && $3 != \"004\" {{ used = 1 }} END {{ if (!used) print \"{_DROPPED}\" }}' "
-                              "/sys/devices/platform/vhci_hcd.0/status").out.strip() or None
+        return (
+            self._host.run(
+                f"grep -qsx 'Lightwell light probe' /sys/bus/usb/devices/*/product && echo {_THERE} && exit; "
+                f"awk 'NR > 1 && $3 != \"004\" {{ used = 1 }} END {{ if (!used) print \"{_DROPPED}\" }}' "
+                "/sys/devices/platform/vhci_hcd.0/status"
+            ).out.strip()
+            or None
+        )

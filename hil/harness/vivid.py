@@ -31,9 +31,23 @@ def render(daemon: Path, camera: Any) -> tuple[str, list[bytes]]:
     """Calibration, as text, and a dozen pictures that follow each other in the scene of a Vivid entry of the roster."""
     with tempfile.TemporaryDirectory(prefix="lightwell-vivid-") as folder:
         file, said = Path(folder) / "frames.lwr", Path(folder) / "said"
-        command = [daemon, "--camera", f"{camera.scene}&sensor={camera.format}&ring={PICTURES}", "--listen", "127.0.0.1:0",
-                   "--size", f"{camera.width}x{camera.height}", "--frame-rate", "30", "--record", file]
-        with open(said, "wb") as log, subprocess.Popen([str(word) for word in command], stdout=log, stderr=log) as child:
+        command = [
+            daemon,
+            "--camera",
+            f"{camera.scene}&sensor={camera.format}&ring={PICTURES}",
+            "--listen",
+            "127.0.0.1:0",
+            "--size",
+            f"{camera.width}x{camera.height}",
+            "--frame-rate",
+            "30",
+            "--record",
+            file,
+        ]
+        with (
+            open(said, "wb") as log,
+            subprocess.Popen([str(word) for word in command], stdout=log, stderr=log) as child,
+        ):
             def enough() -> bool:
                 if child.poll() is not None:
                     raise Broken(f"lightwelld ended: {said.read_text(encoding='utf-8')}")
@@ -47,7 +61,9 @@ def render(daemon: Path, camera: Any) -> tuple[str, list[bytes]]:
         calibration, frames = recording.read(file)
     pictures = [frame.data for frame in frames[:PICTURES]]
     if len(set(pictures)) != PICTURES:
-        raise Broken(f"of {len(pictures)} pictures of {camera.scene} {len(set(pictures))} differ: nothing could be told apart")
+        raise Broken(
+            f"of {len(pictures)} pictures of {camera.scene} {len(set(pictures))} differ: nothing could be told apart"
+        )
     return calibration, pictures
 
 
@@ -63,7 +79,9 @@ class VividLoop:
 
     def __enter__(self) -> VividLoop:
         # HDMI on both sides: the loop wants the same kind, size, format and signal.
-        if self._board.run("modprobe vivid n_devs=1 node_types=0x101 num_inputs=1 input_types=3 num_outputs=1 output_types=1").status:
+        if self._board.run(
+            "modprobe vivid n_devs=1 node_types=0x101 num_inputs=1 input_types=3 num_outputs=1 output_types=1"
+        ).status:
             raise Broken("the board's kernel has no vivid")
         try:
             self._start()
@@ -91,14 +109,19 @@ class VividLoop:
             f"v4l2-ctl -d {self.device} --set-ctrl=osd_text_mode=2,loop_video=1 --set-fmt-video={shape} && "
             f"v4l2-ctl -d {output} --set-fmt-video-out={shape} && "
             f"systemd-run --quiet --collect --unit={_FEEDER} -p StandardOutput=null -p StandardError=null "
-            f"v4l2-ctl -d {output} --stream-out-mmap=4 --stream-from={_FILE} --stream-loop", check=True)
+            f"v4l2-ctl -d {output} --stream-out-mmap=4 --stream-from={_FILE} --stream-loop",
+            check=True,
+        )
         said = self._board.run(f"v4l2-ctl -d {self.device} --get-parm", check=True).out
         self.rate = float(said.split("Frames per second:")[1].split()[0])
 
     def taken_by_the_tool(self, seconds: float = 3) -> float:
         """Frames a second that v4l2-ctl gets, by their numbers; nobody else may have the device open."""
-        said = self._board.run(f"v4l2-ctl -d {self.device} --stream-mmap=4 --stream-count={seconds * self.rate:.0f} --verbose 2>&1",
-                               check=True, timeout_s=10 * seconds + 30).out
+        said = self._board.run(
+            f"v4l2-ctl -d {self.device} --stream-mmap=4 --stream-count={seconds * self.rate:.0f} --verbose 2>&1",
+            check=True,
+            timeout_s=10 * seconds + 30,
+        ).out
         numbers = [int(number) for number in re.findall(r"seq:\s*(\d+)", said)]
         if len(numbers) < 2:
             raise Broken(f"v4l2-ctl got nothing of vivid: {said[-500:]}")
@@ -112,10 +135,17 @@ class VividLoop:
         """Whether pictures still go in."""
         return self._board.run(["systemctl", "is-active", "--quiet", _FEEDER]).status == 0
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if not self._end() and kind is None:
             raise Broken("vivid cannot be unloaded: somebody has it open")
 
     def _end(self) -> bool:
         # In this order: the driver stays as long as somebody has it open.
-        return self._board.run(f"systemctl stop lightwelld {_FEEDER}; rm -f {_FILE}; modprobe -r vivid", timeout_s=90).status == 0
+        return (
+            self._board.run(
+                f"systemctl stop lightwelld {_FEEDER}; rm -f {_FILE}; modprobe -r vivid", timeout_s=90
+            ).status
+            == 0
+        )

@@ -23,8 +23,15 @@ class TimedOut(Exception):
     """What was waited for did not come; the text says what, how long, and what was seen last."""
 
 
-def wait_for(what: str, look: Callable[[], T | None], timeout_s: float, *, every_s: float = 0.25, tell_every_s: float = 10.0,
-             state: Callable[[], str] = lambda: "") -> T:
+def wait_for(
+    what: str,
+    look: Callable[[], T | None],
+    timeout_s: float,
+    *,
+    every_s: float = 0.25,
+    tell_every_s: float = 10.0,
+    state: Callable[[], str] = lambda: "",
+) -> T:
     """Calls `look` every `every_s` seconds until it returns something that is neither None nor False, and returns that.
     Each `tell_every_s` seconds a line says what is waited for, and what `state` says of it. An exception of `look` ends the
     wait: the thing can no longer come. Raises TimedOut after `timeout_s`."""

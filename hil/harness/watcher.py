@@ -31,7 +31,9 @@ class Watcher(ABC):
     def __enter__(self) -> Watcher:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.end()
 
     @abstractmethod
@@ -73,8 +75,13 @@ class Watcher(ABC):
     def next_seconds(self, count: int, limit_s: float = 60, *, skipped: int = 0) -> list[dict[str, Any]]:
         """What it says of so many seconds that end from now on, without the first `skipped`."""
         since = len(self.seconds()) + skipped
-        return wait_for(f"{count} seconds of the client's", lambda: seen if len(seen := self.seconds()[since:]) >= count else None, limit_s,
-                        every_s=self.every_s, state=self.state)
+        return wait_for(
+            f"{count} seconds of the client's",
+            lambda: seen if len(seen := self.seconds()[since:]) >= count else None,
+            limit_s,
+            every_s=self.every_s,
+            state=self.state,
+        )
 
     def back_after(self, what: str, limit_s: float) -> float:
         """Seconds from now until a whole second of the client's had light in it. It tells each when it is over, so this is up to two
@@ -98,7 +105,9 @@ class WatcherHere(Watcher):
         self._file = tempfile.NamedTemporaryFile("w+", prefix="lightwell-watch-", encoding="utf-8")
         self._child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._file, stderr=subprocess.DEVNULL)
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.end()
         self._file.close()
 
@@ -116,7 +125,9 @@ class WatcherOnBoard(Watcher):
 
     def __init__(self, board: Board, uri: str) -> None:
         self._board = board
-        board.run(f"lightwell watch {uri} --json >/run/watch.json 2>/run/watch.err & echo $! >/run/watch.pid", check=True)
+        board.run(
+            f"lightwell watch {uri} --json >/run/watch.json 2>/run/watch.err & echo $! >/run/watch.pid", check=True
+        )
 
     def _text(self) -> str:
         return self._board.run("cat /run/watch.json").out
@@ -125,4 +136,6 @@ class WatcherOnBoard(Watcher):
         return f"{super().state()} {self._board.run('tail -n 3 /run/watch.err').out.strip()}".strip()
 
     def end(self) -> None:
-        self._board.run("p=$(cat /run/watch.pid) && rm /run/watch.pid && kill $p && timeout 20 tail -s 0.1 --pid=$p -f /dev/null; true")
+        self._board.run(
+            "p=$(cat /run/watch.pid) && rm /run/watch.pid && kill $p && timeout 20 tail -s 0.1 --pid=$p -f /dev/null; true"
+        )

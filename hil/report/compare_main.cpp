@@ -1,14 +1,16 @@
 // compare_recordings: what tells the light of two recordings of descriptors apart.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <map>
+#include <numbers>
+
+#include <CLI/CLI.hpp>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/recording.hpp>
-#include <map>
-#include <numbers>
 
 namespace {
 
@@ -40,7 +42,8 @@ double irradiance_apart(const Descriptor& a, const Descriptor& b) {
   const Lighting one = Lighting::of(a), other = Lighting::of(b);
   double difference = 0, whole = 0;
   for (int i = 0; i < kNormals; ++i) {
-    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y), phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y),
+                 phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
     const Vec3f n = vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)});
     const Irradiance p = one.irradiance(n).value, q = other.irradiance(n).value;
     for (const auto& [u, v] : {std::pair{p.r, q.r}, {p.g, q.g}, {p.b, q.b}}) {
@@ -59,7 +62,8 @@ struct Apart {
 void add(const Descriptor& a, const Descriptor& b, Apart& out) {
   ++out.both;
   bool equal = a.radiance == b.radiance && a.lights.size() == b.lights.size();
-  out.unmatched += a.lights.size() > b.lights.size() ? a.lights.size() - b.lights.size() : b.lights.size() - a.lights.size();
+  out.unmatched +=
+      a.lights.size() > b.lights.size() ? a.lights.size() - b.lights.size() : b.lights.size() - a.lights.size();
   for (const Light& light : a.lights) {
     const auto nearest = std::min_element(b.lights.begin(), b.lights.end(), [&](const Light& p, const Light& q) {
       return dot(p.direction, light.direction) > dot(q.direction, light.direction);
@@ -76,9 +80,10 @@ void add(const Descriptor& a, const Descriptor& b, Apart& out) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"What tells the light of two recordings of descriptors apart, as one JSON object: descriptors of the same "
-               "number in both, how many have every number of their light the same, largest relative difference of "
-               "irradiance over 2,048 normals, largest angle between lights, lights that only one has."};
+  CLI::App app{
+      "What tells the light of two recordings of descriptors apart, as one JSON object: descriptors of the same "
+      "number in both, how many have every number of their light the same, largest relative difference of "
+      "irradiance over 2,048 normals, largest angle between lights, lights that only one has."};
   app.footer("Exit status: 0 compared, 2 wrong usage, 3 an input is wrong.");
   std::string one, other;
   app.add_option("one", one, "What `lightwell record` wrote")->required();
@@ -97,9 +102,10 @@ int main(int argc, char** argv) {
   Apart apart;
   for (const auto& [sequence, descriptor] : *a)
     if (const auto found = b->find(sequence); found != b->end()) add(descriptor, found->second, apart);
-  std::printf("{\"one\": %zu, \"other\": %zu, \"both\": %zu, \"same\": %zu, \"irradiance\": %.6g, \"direction_deg\": %.6g, "
-              "\"unmatched\": %zu}\n",
-              a->size(), b->size(), apart.both, apart.same, apart.irradiance, apart.direction_rad * 180 / std::numbers::pi,
-              apart.unmatched);
+  std::printf(
+      "{\"one\": %zu, \"other\": %zu, \"both\": %zu, \"same\": %zu, \"irradiance\": %.6g, \"direction_deg\": %.6g, "
+      "\"unmatched\": %zu}\n",
+      a->size(), b->size(), apart.both, apart.same, apart.irradiance, apart.direction_rad * 180 / std::numbers::pi,
+      apart.unmatched);
   return kOk;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include <lightwell/query.hpp>
 
 namespace lightwell::hil {

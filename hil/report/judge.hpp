@@ -1,9 +1,10 @@
 // Descriptors of a simulated scene against the truth that the scene knows.
 #pragma once
 
-#include <lightwell/descriptor.hpp>
 #include <map>
 #include <vector>
+
+#include <lightwell/descriptor.hpp>
 
 #include "reference/irradiance.hpp"
 #include "sim/scene.hpp"

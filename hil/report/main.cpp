@@ -1,7 +1,9 @@
 // demo_report: judges a recording of descriptors against the scene that they were made of, and draws it.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
+
+#include <CLI/CLI.hpp>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/recording.hpp>
 
@@ -21,18 +23,21 @@ int fail(const Status& s) {
 }
 
 void print_json(const hil::Summary& s) {
-  std::printf("{\"frames\": %zu, \"held\": %zu, \"flagged\": %zu, \"median_error\": %.6g, \"largest_error\": %.6g, "
-              "\"median_bound_over_error\": %.4g}\n",
-              s.frames, s.held, s.flagged, s.median_error, s.largest_error, s.median_bound_over_error);
+  std::printf(
+      "{\"frames\": %zu, \"held\": %zu, \"flagged\": %zu, \"median_error\": %.6g, \"largest_error\": %.6g, "
+      "\"median_bound_over_error\": %.4g}\n",
+      s.frames, s.held, s.flagged, s.median_error, s.largest_error, s.median_bound_over_error);
 }
 
 void print_text(const hil::Summary& s) {
-  std::printf("%zu descriptors against the truth: bound held in %.1f %%, flagged %.1f %%; error of irradiance median "
-              "%.2f %%, largest %.2f %%; bound over error, median %.1f\n",
-              s.frames, s.frames > 0 ? 100.0 * static_cast<double>(s.held) / static_cast<double>(s.frames) : 0,
-              s.frames > 0 ? 100.0 * static_cast<double>(s.flagged) / static_cast<double>(s.frames) : 0,
-              100 * s.median_error, 100 * s.largest_error, s.median_bound_over_error);
-  if (s.frames == 0) std::printf("no descriptor came\n");
+  std::printf(
+      "%zu descriptors against the truth: bound held in %.1f %%, flagged %.1f %%; error of irradiance median "
+      "%.2f %%, largest %.2f %%; bound over error, median %.1f\n",
+      s.frames, s.frames > 0 ? 100.0 * static_cast<double>(s.held) / static_cast<double>(s.frames) : 0,
+      s.frames > 0 ? 100.0 * static_cast<double>(s.flagged) / static_cast<double>(s.frames) : 0, 100 * s.median_error,
+      100 * s.largest_error, s.median_bound_over_error);
+  if (s.frames == 0)
+    std::printf("no descriptor came\n");
   else if (!s.good())
     std::printf("not good: the bound must hold in 99 %%, and at most 10 %% may be flagged%s\n",
                 s.flagged > 0 ? " (clipped light: give the sensor a bracket, --bracket)" : "");
@@ -50,8 +55,9 @@ sim::SceneState state_of(const SimBackend& sim, std::uint64_t exposures, std::ui
 
 int main(int argc, char** argv) {
   CLI::App app{"Judges a recording of descriptors against the simulated scene that they were made of, and draws it."};
-  app.footer("Exit status: 0 the bound held in 99 % of the descriptors and at most 10 % were flagged, 1 it did not, "
-             "2 wrong usage, 3 an input is wrong.");
+  app.footer(
+      "Exit status: 0 the bound held in 99 % of the descriptors and at most 10 % were flagged, 1 it did not, "
+      "2 wrong usage, 3 an input is wrong.");
   std::string recording, camera, picture, title;
   CameraConfig config;
   bool json = false;
@@ -101,8 +107,8 @@ int main(int argc, char** argv) {
   json ? print_json(summary) : print_text(summary);
   if (!picture.empty() && !verdicts.empty()) {
     const sim::SceneState state = state_of(sim, info->exposure_s.size(), drawn.sequence);
-    const Status s = hil::draw_report(picture, title.empty() ? uri->path : title, sim.scene(), state, *info->calibration,
-                                      Lighting::of(drawn), drawn_bytes, drawn_verdict);
+    const Status s = hil::draw_report(picture, title.empty() ? uri->path : title, sim.scene(), state,
+                                      *info->calibration, Lighting::of(drawn), drawn_bytes, drawn_verdict);
     if (!s.ok()) return fail(s);
   }
   return summary.good() ? kOk : kBoundFailed;

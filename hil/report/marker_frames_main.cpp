@@ -1,13 +1,15 @@
 // marker_frames: path-traced pictures of a marker as a webcam's frames, in a folder that the replay camera plays.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/marker_body.hpp>
-#include <sstream>
 
 #include "camera/image_file.hpp"
 #include "measure/traced_frames.hpp"
@@ -26,19 +28,25 @@ int fail(int code, const std::string& why) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Makes noisy 8-bit frames (sRGB, as a webcam gives them) of the path-traced pictures of tests/reference/mitsuba/marker, with "
-               "frames.csv and calibration.textproto: a folder for replay:FOLDER."};
-  app.footer("Example:\n"
-             "  marker_frames /tmp/frames --picture grid_straight_white_front_right,grid_straight_white_back_right --noisy 3\n"
-             "  lightwelld --camera 'replay:/tmp/frames?loop=0' --estimator marker --body dodecahedron_100mm_white.textproto\n"
-             "All pictures are to be of one camera and one body.\n"
-             "Exit status: 0 made, 2 wrong usage, 3 an input is wrong, 4 the folder cannot be written.");
-  std::string out, names = "grid_straight_white_front_right", frames_folder = LIGHTWELL_MARKER_FRAMES, bodies = LIGHTWELL_MARKER_BODIES;
+  CLI::App app{
+      "Makes noisy 8-bit frames (sRGB, as a webcam gives them) of the path-traced pictures of "
+      "tests/reference/mitsuba/marker, with "
+      "frames.csv and calibration.textproto: a folder for replay:FOLDER."};
+  app.footer(
+      "Example:\n"
+      "  marker_frames /tmp/frames --picture grid_straight_white_front_right,grid_straight_white_back_right --noisy 3\n"
+      "  lightwelld --camera 'replay:/tmp/frames?loop=0' --estimator marker --body dodecahedron_100mm_white.textproto\n"
+      "All pictures are to be of one camera and one body.\n"
+      "Exit status: 0 made, 2 wrong usage, 3 an input is wrong, 4 the folder cannot be written.");
+  std::string out, names = "grid_straight_white_front_right", frames_folder = LIGHTWELL_MARKER_FRAMES,
+                   bodies = LIGHTWELL_MARKER_BODIES;
   int noisy = 3;
   double period_s = 1;
   app.add_option("folder", out, "Where they go; made where it is not there")->required();
-  app.add_option("--picture", names, "Names of pictures, with commas between, in the order in which they are shown [" + names + "]");
-  app.add_option("--noisy", noisy, "Frames of each picture, one after the other, each with its own noise [3]")->check(CLI::Range(1, 1000));
+  app.add_option("--picture", names,
+                 "Names of pictures, with commas between, in the order in which they are shown [" + names + "]");
+  app.add_option("--noisy", noisy, "Frames of each picture, one after the other, each with its own noise [3]")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--period-s", period_s, "Between frames, s [1]")->check(CLI::PositiveNumber);
   app.add_option("--frames", frames_folder, "Folder with scenes.json and the pictures");
   app.add_option("--bodies", bodies, "Folder with the bodies' files");
@@ -60,7 +68,8 @@ int main(int argc, char** argv) {
   int number = 0;
   for (std::istringstream each(names); std::getline(each, name, ',');) {
     const auto frame = std::ranges::find(*frames, name, &measure::TracedFrame::name);
-    if (frame == frames->end()) return fail(kBadInput, "there is no picture '" + name + "' in " + frames_folder + "/scenes.json");
+    if (frame == frames->end())
+      return fail(kBadInput, "there is no picture '" + name + "' in " + frames_folder + "/scenes.json");
     const auto body = load_marker_body(bodies + "/dodecahedron_100mm_" + frame->body + ".textproto");
     if (!body) return fail(kBadInput, body.status().message());
     const auto picture = measure::TracedPicture::load(frames_folder, *frame, *body);
@@ -74,7 +83,8 @@ int main(int argc, char** argv) {
       const measure::Shot shot = picture->expose(webcam, static_cast<std::uint64_t>(k));
       const LensParameters& size = frame->rig.lenses.front();
       const std::string file = std::to_string(number) + ".png";
-      if (Status s = write_png(out + "/" + file, {size.width, size.height, PixelFormat::rgb8, shot.pixels.front()}); !s.ok())
+      if (Status s = write_png(out + "/" + file, {size.width, size.height, PixelFormat::rgb8, shot.pixels.front()});
+          !s.ok())
         return fail(kNotWritten, s.message());
       list << file << "," << shot.frames.front().info.exposure_s << "," << period_s * number << "\n";
     }

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <lightwell/cap.hpp>
-#include <lightwell/pixel.hpp>
+
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <lightwell/cap.hpp>
+#include <lightwell/pixel.hpp>
 
 #include "calibration/camera_model.hpp"
 #include "report/samples.hpp"
@@ -21,14 +23,17 @@ constexpr float kGlossy = 0.5F;
 const cv::Scalar kPaper(245, 245, 245), kInk(40, 40, 40), kMark(60, 60, 255);
 
 cv::Vec3b tone(const Radiance& l, double exposure) {
-  const auto code = [&](double v) { return static_cast<unsigned char>(std::lround(255 * linear_to_srgb(std::clamp(v * exposure, 0.0, 1.0)))); };
+  const auto code = [&](double v) {
+    return static_cast<unsigned char>(std::lround(255 * linear_to_srgb(std::clamp(v * exposure, 0.0, 1.0))));
+  };
   return {code(l.b), code(l.g), code(l.r)};
 }
 
 void paste(cv::Mat& page, const LinearPicture& p, int x, int y, double exposure) {
   for (int j = 0; j < p.height; ++j) {
     for (int i = 0; i < p.width; ++i) {
-      const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(i);
+      const std::size_t at =
+          static_cast<std::size_t>(j) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(i);
       const cv::Vec3b over = tone(p.pixels[at], exposure);
       cv::Vec3b& under = page.at<cv::Vec3b>(y + j, x + i);
       for (int k = 0; k < 3; ++k)
@@ -51,11 +56,13 @@ void mark_lights(cv::Mat& picture, double shrink, const LensParameters& lens, co
     const auto at = model.project(d);
     if (!at) continue;
     const auto [u, v] = tangent_basis(normalized(d));
-    const auto rim = model.project(normalized(d) + u * std::tan(std::min(1.0, static_cast<double>(light.angular_radius_rad))));
+    const auto rim =
+        model.project(normalized(d) + u * std::tan(std::min(1.0, static_cast<double>(light.angular_radius_rad))));
     const double radius = rim ? std::hypot(rim->x - at->x, rim->y - at->y) * shrink : 0;
     const cv::Point centre(static_cast<int>(at->x * shrink), static_cast<int>(at->y * shrink));
     cv::circle(picture, centre, std::max(5, static_cast<int>(radius) + 3), kMark, 1, cv::LINE_AA);
-    cv::putText(picture, std::to_string(number), centre + cv::Point(7, -7), cv::FONT_HERSHEY_SIMPLEX, 0.4, kMark, 1, cv::LINE_AA);
+    cv::putText(picture, std::to_string(number), centre + cv::Point(7, -7), cv::FONT_HERSHEY_SIMPLEX, 0.4, kMark, 1,
+                cv::LINE_AA);
   }
 }
 
@@ -121,9 +128,9 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
   }
   char numbers[200];
   const std::size_t lights = lighting.lights().size();
-  std::snprintf(numbers, sizeof numbers, "%zu light%s, harmonics to band %d%s, %zu bytes; error %.2f %%, bound %.2f %%", lights,
-                lights == 1 ? "" : "s", lighting.descriptor().radiance.band, map, descriptor_bytes, 100 * verdict.error,
-                100 * verdict.bound);
+  std::snprintf(numbers, sizeof numbers, "%zu light%s, harmonics to band %d%s, %zu bytes; error %.2f %%, bound %.2f %%",
+                lights, lights == 1 ? "" : "s", lighting.descriptor().radiance.band, map, descriptor_bytes,
+                100 * verdict.error, 100 * verdict.bound);
   write(page, title + ": what the probe sees, and the lights that it found", kMargin, kMargin + kText / 2);
   write(page, numbers, kMargin, kMargin + kText / 2 + kText);
 
@@ -135,13 +142,15 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
     cv::Mat picture(lens.height, lens.width, CV_8UC3);
     for (int y = 0; y < lens.height; ++y)
       for (int x = 0; x < lens.width; ++x) {
-        const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x));
+        const std::size_t at =
+            3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x));
         picture.at<cv::Vec3b>(y, x) = tone({seen[at], seen[at + 1], seen[at + 2]}, exposure);
       }
     cv::Mat small;
     cv::resize(picture, small, {lens_width, lens_height}, 0, 0, cv::INTER_AREA);
     mark_lights(small, static_cast<double>(lens_width) / lens.width, lens, lighting);
-    small.copyTo(page(cv::Rect(kMargin + static_cast<int>(k) * (lens_width + kMargin), kMargin + 2 * kText, lens_width, lens_height)));
+    small.copyTo(page(cv::Rect(kMargin + static_cast<int>(k) * (lens_width + kMargin), kMargin + 2 * kText, lens_width,
+                               lens_height)));
   }
   int y = rows_top;
   const auto draw_row = [&](const std::string& caption, const Row& row) {

@@ -1,9 +1,10 @@
 // The picture that the demo leaves behind.
 #pragma once
 
+#include <string>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/lighting.hpp>
-#include <string>
 
 #include "report/judge.hpp"
 #include "sim/scene.hpp"

@@ -1,6 +1,7 @@
 #include "report/samples.hpp"
 
 #include <cmath>
+
 #include <lightwell/equirect.hpp>
 
 namespace lightwell::hil {

@@ -2,10 +2,11 @@
 // descriptor or from the true panorama.
 #pragma once
 
+#include <vector>
+
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
-#include <vector>
 
 #include "sim/panorama.hpp"
 
@@ -22,8 +23,8 @@ struct LightSample {
 /// Every pixel of the panorama, joined four by four, as the probe sees it: turned by the inverse of R_world_probe.
 [[nodiscard]] std::vector<LightSample> samples_of(const sim::Panorama& panorama, Quat rotation_world_probe);
 
-/// A list that gives nearly the same light with `count` entries: drawn by luminance, stratified, repeatable. Neighbours in
-/// the list must be neighbours on the sphere, as the panorama's are: what is passed over goes to the next one drawn.
+/// A list that gives nearly the same light with `count` entries: drawn by luminance, stratified, repeatable. Neighbours
+/// in the list must be neighbours on the sphere, as the panorama's are: what is passed over goes to the next one drawn.
 [[nodiscard]] std::vector<LightSample> thinned(const std::vector<LightSample>& samples, std::size_t count);
 
 }  // namespace lightwell::hil

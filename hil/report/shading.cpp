@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/lobes.hpp>
 #include <optional>
+
+#include <lightwell/lobes.hpp>
 
 namespace lightwell::hil {
 namespace {
@@ -79,8 +80,10 @@ LinearPicture ball(int edge, const std::function<Radiance(Vec3f, Vec3f)>& shade)
       Radiance sum;
       int inside = 0;
       for (int s = 0; s < kFine * kFine; ++s) {
-        const float x = 2 * (static_cast<float>(i) + (static_cast<float>(s % kFine) + 0.5F) / kFine) / static_cast<float>(edge) - 1;
-        const float y = 1 - 2 * (static_cast<float>(j) + (static_cast<float>(s / kFine) + 0.5F) / kFine) / static_cast<float>(edge);
+        const float x =
+            2 * (static_cast<float>(i) + (static_cast<float>(s % kFine) + 0.5F) / kFine) / static_cast<float>(edge) - 1;
+        const float y =
+            1 - 2 * (static_cast<float>(j) + (static_cast<float>(s / kFine) + 0.5F) / kFine) / static_cast<float>(edge);
         if (x * x + y * y >= 1) continue;
         const Vec3f n{x, y, std::sqrt(1 - x * x - y * y)};
         const Vec3f view{0, 0, 1};
@@ -114,7 +117,8 @@ LinearPicture still_life(int width, int height, const std::vector<LightSample>& 
         if (c <= 0 || occluded(lifted, s.direction)) continue;
         e += Irradiance{s.flux.r * c, s.flux.g * c, s.flux.b * c};
       }
-      const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i);
+      const std::size_t at =
+          static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i);
       out.pixels[at] = reflected_radiance(e, hit->albedo);
       out.alpha[at] = 1;
     }

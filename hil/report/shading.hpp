@@ -2,9 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <vector>
+
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
-#include <vector>
 
 #include "report/samples.hpp"
 

@@ -95,8 +95,7 @@ Answer unplug(const Call& call) {
   const auto* const text = how == call.values.end() ? nullptr : std::get_if<std::string>(&how->second);
   if (how != call.values.end() && (text == nullptr || (*text != "disconnect" && *text != "close")))
     return Status(StatusCode::invalid_argument, "\"how\" must be \"disconnect\" or \"close\"");
-  if (!call.subject.cable->plugged())
-    return Status(StatusCode::failed_precondition, "the camera is unplugged already");
+  if (!call.subject.cable->plugged()) return Status(StatusCode::failed_precondition, "the camera is unplugged already");
   call.subject.cable->unplug(text != nullptr && *text == "close");
   return std::string();
 }

@@ -36,8 +36,8 @@ struct Subject {
   std::function<std::string()> rendering;  ///< A JSON object with what the renderer counts.
 };
 
-/// Carries one out. The answer is {"ok": true, ...} or {"ok": false, "error": "..."}, without a line's end. Commands and
-/// their values: hil/README.md, and `help`.
+/// Carries one out. The answer is {"ok": true, ...} or {"ok": false, "error": "..."}, without a line's end. Commands
+/// and their values: hil/README.md, and `help`.
 [[nodiscard]] std::string carry_out(std::string_view line, const Subject& subject, CameraTime now);
 
 }  // namespace lightwell::usb_camera

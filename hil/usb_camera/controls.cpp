@@ -116,15 +116,20 @@ ControlReply Controls::request(std::uint8_t unit, std::uint8_t selector, Control
   if (!found) return {RequestError::invalid_control, {}};
   const Spec& spec = kSpecs[*found];
   switch (request) {
-    case ControlRequest::set_cur: return {set(*found, data), {}};
-    case ControlRequest::get_cur: return number(current(*found), spec.length);
+    case ControlRequest::set_cur:
+      return {set(*found, data), {}};
+    case ControlRequest::get_cur:
+      return number(current(*found), spec.length);
     case ControlRequest::get_min:
     case ControlRequest::get_max:
       if (spec.bitmap) break;
       return number(request == ControlRequest::get_min ? spec.min : spec.max, spec.length);
-    case ControlRequest::get_res: return number(spec.res, spec.length);
-    case ControlRequest::get_def: return number(spec.initial, spec.length);
-    case ControlRequest::get_len: return number(spec.length, 2);
+    case ControlRequest::get_res:
+      return number(spec.res, spec.length);
+    case ControlRequest::get_def:
+      return number(spec.initial, spec.length);
+    case ControlRequest::get_len:
+      return number(spec.length, 2);
     case ControlRequest::get_info: {
       // May be read and set; what an automatic can have changes by itself, and is disabled while it does (table 4-3).
       const bool follows = *found == kExposure || *found == kWhite;

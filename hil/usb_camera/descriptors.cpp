@@ -36,8 +36,8 @@ void append_frame(Bytes& out, const Offer& offer, Encoding encoding, std::size_t
     return std::min<std::uint64_t>(0xFFFFFFFF, std::uint64_t{8} * bytes * static_cast<std::uint64_t>(rate));
   };
   // VS_FRAME_UNCOMPRESSED (5) and VS_FRAME_MJPEG (7) have the same fields.
-  append(out, {static_cast<unsigned>(26 + 4 * offer.rates.size()), kClassInterface, encoding == Encoding::mjpeg ? 7U : 5U,
-               static_cast<unsigned>(number), 0});
+  append(out, {static_cast<unsigned>(26 + 4 * offer.rates.size()), kClassInterface,
+               encoding == Encoding::mjpeg ? 7U : 5U, static_cast<unsigned>(number), 0});
   put(out, static_cast<std::uint64_t>(size.width), 2);
   put(out, static_cast<std::uint64_t>(size.height), 2);
   put(out, bits_per_second(offer.rates.back()), 4);

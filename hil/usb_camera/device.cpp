@@ -24,10 +24,14 @@ SetupReply stall_unless(bool done) { return done ? kDone : kStall; }
 /// A control that tells what went wrong last: one byte, read only.
 ControlReply error_code(RequestError last, ControlRequest request) {
   switch (request) {
-    case ControlRequest::get_cur: return {RequestError::none, {static_cast<std::uint8_t>(last)}};
-    case ControlRequest::get_len: return {RequestError::none, {1, 0}};
-    case ControlRequest::get_info: return {RequestError::none, {0x01}};
-    default: return {RequestError::invalid_request, {}};
+    case ControlRequest::get_cur:
+      return {RequestError::none, {static_cast<std::uint8_t>(last)}};
+    case ControlRequest::get_len:
+      return {RequestError::none, {1, 0}};
+    case ControlRequest::get_info:
+      return {RequestError::none, {0x01}};
+    default:
+      return {RequestError::invalid_request, {}};
   }
 }
 
@@ -96,18 +100,26 @@ bool Device::set_interface(std::uint16_t interface, std::uint16_t setting) {
 
 SetupReply Device::standard(const SetupPacket& packet, TransferSink& sink) {
   switch (packet.request) {
-    case kGetDescriptor: return descriptor(packet);
-    case kSetAddress: return kDone;
-    case kSetConfiguration: return stall_unless(packet.value <= 1 && set_configuration(static_cast<std::uint8_t>(packet.value)));
-    case kGetConfiguration: return {false, {configuration_}};
-    case kSetInterface: return stall_unless(set_interface(packet.index, packet.value));
+    case kGetDescriptor:
+      return descriptor(packet);
+    case kSetAddress:
+      return kDone;
+    case kSetConfiguration:
+      return stall_unless(packet.value <= 1 && set_configuration(static_cast<std::uint8_t>(packet.value)));
+    case kGetConfiguration:
+      return {false, {configuration_}};
+    case kSetInterface:
+      return stall_unless(set_interface(packet.index, packet.value));
     case kGetInterface:
       if (configuration_ == 0 || packet.index > kStreamingInterface) return kStall;
       return {false, {0}};
-    case kGetStatus: return status(packet);
+    case kGetStatus:
+      return status(packet);
     case kClearFeature:
-    case kSetFeature: return feature(packet, sink);
-    default: return kStall;
+    case kSetFeature:
+      return feature(packet, sink);
+    default:
+      return kStall;
   }
 }
 
@@ -115,7 +127,8 @@ SetupReply Device::descriptor(const SetupPacket& packet) const {
   if (packet.request_type != (kToHost | kToDevice)) return kStall;
   const auto index = static_cast<std::uint8_t>(packet.value & 0xFF);
   switch (packet.value >> 8) {
-    case 1: return {false, device_descriptor()};
+    case 1:
+      return {false, device_descriptor()};
     case 2:
       if (index != 0) return kStall;
       return {false, configuration_descriptor(options_.offer)};
@@ -124,8 +137,10 @@ SetupReply Device::descriptor(const SetupPacket& packet) const {
       if (!text) return kStall;
       return {false, std::move(*text)};
     }
-    case 6: return {false, device_qualifier()};
-    default: return kStall;
+    case 6:
+      return {false, device_qualifier()};
+    default:
+      return kStall;
   }
 }
 
@@ -147,7 +162,8 @@ SetupReply Device::feature(const SetupPacket& packet, TransferSink& sink) {
 SetupReply Device::status(const SetupPacket& packet) const {
   if ((packet.request_type & kToHost) == 0) return kStall;
   switch (packet.request_type & kRecipientMask) {
-    case kToDevice: return {false, {0, 0}};
+    case kToDevice:
+      return {false, {0, 0}};
     case kToInterface:
       if (packet.index > kStreamingInterface) return kStall;
       return {false, {0, 0}};
@@ -156,7 +172,8 @@ SetupReply Device::status(const SetupPacket& packet) const {
       if (packet.index != kStreamingEndpoint) return kStall;
       return {false, {static_cast<std::uint8_t>(stream_.halted() ? 1 : 0), 0}};
     }
-    default: return kStall;
+    default:
+      return kStall;
   }
 }
 
@@ -173,10 +190,11 @@ SetupReply Device::video(const SetupPacket& packet, Data data) {
   const bool of_control = interface == kControlInterface;
   const auto request = static_cast<ControlRequest>(packet.request);
   if (is_video_request(packet.request) && direction_fits)
-    reply = of_control ? control_interface(unit, selector, request, data) : streaming_interface(selector, request, data);
+    reply =
+        of_control ? control_interface(unit, selector, request, data) : streaming_interface(selector, request, data);
   // Asking what went wrong is not the next thing that went right.
-  const bool asks = (of_control && unit == 0 && selector == kRequestErrorCode) ||
-                    (!of_control && selector == kStreamErrorCode);
+  const bool asks =
+      (of_control && unit == 0 && selector == kRequestErrorCode) || (!of_control && selector == kStreamErrorCode);
   if (!asks) (of_control ? last_control_error_ : last_stream_error_) = reply.error;
   return {!reply.ok(), std::move(reply.data)};
 }

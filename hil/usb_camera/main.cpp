@@ -130,9 +130,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--lens", scene.lens, "Of the scene's rig; a pair of lenses is two cameras")->capture_default_str();
   const std::map<std::string, Pace> paces = {{"rate", Pace::rate}, {"guest", Pace::guest}, {"free", Pace::free}};
-  app.add_option("--pace", device_options.stream.pace,
-                 "rate: its own, drops what the guest does not take (default); guest: waits for the guest; free: as fast "
-                 "as the guest takes frames")
+  app.add_option(
+         "--pace", device_options.stream.pace,
+         "rate: its own, drops what the guest does not take (default); guest: waits for the guest; free: as fast "
+         "as the guest takes frames")
       ->transform(CLI::CheckedTransformer(paces, CLI::ignore_case).description("{rate,guest,free}"));
   app.add_option("--ahead", ahead_texts,
                  "Renders before it is plugged in: WIDTHxHEIGHT:FORMAT[:RATE[:EXPOSURE,...]], again for more")
@@ -144,7 +145,9 @@ int main(int argc, char** argv) {
   app.add_option("--payload", device_options.payload_bytes, "Bytes of a UVC payload with its header; 0: a whole frame")
       ->check(CLI::IsMember({0}) | CLI::Range(64, 1 << 30))
       ->capture_default_str();
-  app.add_option("--jpeg-quality", scene.jpeg_quality, "Of motion JPEG")->check(CLI::Range(1, 95))->capture_default_str();
+  app.add_option("--jpeg-quality", scene.jpeg_quality, "Of motion JPEG")
+      ->check(CLI::Range(1, 95))
+      ->capture_default_str();
   app.add_flag("--stamp", device_options.stream.stamp, "Writes each frame's number into its first 16 pixels");
   app.add_option("--serial", device_options.identity.serial, "The device's serial number")->capture_default_str();
   app.add_option("--threads", scene.threads, "That render")->check(CLI::Range(1, 64))->capture_default_str();
@@ -176,8 +179,7 @@ int main(int argc, char** argv) {
   for (const std::string& text : ahead_texts) {
     const Result<Ahead> ahead = parse_ahead(text, device_options.offer);
     if (!ahead) return fail(kUsage, ahead.status());
-    if (Status done = (*source)->render_ahead(ahead->format, ahead->exposure_s); !done.ok())
-      return fail(kFailed, done);
+    if (Status done = (*source)->render_ahead(ahead->format, ahead->exposure_s); !done.ok()) return fail(kFailed, done);
   }
   FrameLog log;
   if (!log_path.empty()) {

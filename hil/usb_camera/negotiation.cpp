@@ -34,8 +34,8 @@ Negotiation::Choice Negotiation::nearest(std::span<const std::uint8_t> data) con
   if (frame >= 1 && frame <= offer_.sizes.size()) choice.frame = static_cast<std::uint8_t>(frame);
   if (interval > 0) {
     const auto off = [&](int rate) { return std::abs(static_cast<double>(interval_of(rate)) - interval); };
-    choice.rate = *std::min_element(offer_.rates.begin(), offer_.rates.end(),
-                                    [&](int a, int b) { return off(a) < off(b); });
+    choice.rate =
+        *std::min_element(offer_.rates.begin(), offer_.rates.end(), [&](int a, int b) { return off(a) < off(b); });
   }
   return choice;
 }
@@ -90,9 +90,12 @@ ControlReply Negotiation::request(std::uint8_t selector, ControlRequest request,
       commit_ = agreement(choice);
       return {};
     }
-    case ControlRequest::get_cur: return reply(probe ? probe_ : committed_);
-    case ControlRequest::get_len: return {RequestError::none, {kLength, 0}};
-    case ControlRequest::get_info: return {RequestError::none, {0x03}};
+    case ControlRequest::get_cur:
+      return reply(probe ? probe_ : committed_);
+    case ControlRequest::get_len:
+      return {RequestError::none, {kLength, 0}};
+    case ControlRequest::get_info:
+      return {RequestError::none, {0x03}};
     case ControlRequest::get_min:
     case ControlRequest::get_max:
     case ControlRequest::get_def: {
@@ -103,7 +106,8 @@ ControlReply Negotiation::request(std::uint8_t selector, ControlRequest request,
       if (request == ControlRequest::get_max) choice.rate = offer_.rates.back();
       return reply(choice);
     }
-    case ControlRequest::get_res: break;
+    case ControlRequest::get_res:
+      break;
   }
   return {RequestError::invalid_request, {}};
 }

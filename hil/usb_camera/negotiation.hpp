@@ -27,8 +27,7 @@ class Negotiation {
 
   /// Of the streaming interface. A probe that asks for something else than is offered is answered with the nearest
   /// that is; a commit of it stalls.
-  [[nodiscard]] ControlReply request(std::uint8_t selector, ControlRequest request,
-                                     std::span<const std::uint8_t> data);
+  [[nodiscard]] ControlReply request(std::uint8_t selector, ControlRequest request, std::span<const std::uint8_t> data);
 
   /// Set by the latest commit; the caller takes it.
   [[nodiscard]] std::optional<Agreement> take_commit();

@@ -13,9 +13,12 @@ enum class Encoding : std::uint8_t { yuyv, nv12, mjpeg };
 
 [[nodiscard]] constexpr std::string_view to_string(Encoding encoding) {
   switch (encoding) {
-    case Encoding::yuyv: return "yuyv";
-    case Encoding::nv12: return "nv12";
-    case Encoding::mjpeg: return "mjpeg";
+    case Encoding::yuyv:
+      return "yuyv";
+    case Encoding::nv12:
+      return "nv12";
+    case Encoding::mjpeg:
+      return "mjpeg";
   }
   return "unknown";
 }

@@ -25,8 +25,8 @@ using CameraTime = TimePoint<CameraClock>;
 inline constexpr std::size_t kPayloadHeader = 12;
 
 struct PayloadFields {
-  bool frame_id = false;  ///< Alternates from frame to frame.
-  bool error = false;     ///< The frame's ERR bit.
+  bool frame_id = false;           ///< Alternates from frame to frame.
+  bool error = false;              ///< The frame's ERR bit.
   std::uint32_t presentation = 0;  ///< clock_ticks() when the exposure began.
 };
 

@@ -1,7 +1,5 @@
 #include "usb_camera/redir_port.hpp"
 
-#include <sys/socket.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -9,9 +7,10 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <usbredirparser.h>
 #include <utility>
 
-#include <usbredirparser.h>
+#include <sys/socket.h>
 
 namespace lightwell::usb_camera {
 
@@ -28,10 +27,14 @@ constexpr std::uint16_t kControlPacket = 64;
 
 std::uint8_t wire_status(TransferStatus status) {
   switch (status) {
-    case TransferStatus::success: return usb_redir_success;
-    case TransferStatus::cancelled: return usb_redir_cancelled;
-    case TransferStatus::stalled: return usb_redir_stall;
-    case TransferStatus::refused: return usb_redir_inval;
+    case TransferStatus::success:
+      return usb_redir_success;
+    case TransferStatus::cancelled:
+      return usb_redir_cancelled;
+    case TransferStatus::stalled:
+      return usb_redir_stall;
+    case TransferStatus::refused:
+      return usb_redir_inval;
   }
   return usb_redir_ioerror;
 }
@@ -64,7 +67,8 @@ struct RedirPort::Callbacks {
   static void log(void*, int, const char*) {}
 
   static int read(void* self, std::uint8_t* data, int count) {
-    // The parser reads until there is nothing: a flood would keep it from ever coming back, and its answers without end.
+    // The parser reads until there is nothing: a flood would keep it from ever coming back, and its answers without
+    // end.
     RedirPort& p = port(self);
     const std::size_t most = std::min(static_cast<std::size_t>(count), p.may_read_);
     if (most == 0 || !p.wants_read()) return 0;
@@ -166,7 +170,8 @@ struct RedirPort::Callbacks {
   static void interrupt(void* self, std::uint64_t, usb_redir_interrupt_packet_header*, std::uint8_t* data, int) {
     const Data owned(self, data);
   }
-  static void buffered_bulk(void* self, std::uint64_t, usb_redir_buffered_bulk_packet_header*, std::uint8_t* data, int) {
+  static void buffered_bulk(void* self, std::uint64_t, usb_redir_buffered_bulk_packet_header*, std::uint8_t* data,
+                            int) {
     const Data owned(self, data);
   }
   static void iso_status(void* self, std::uint64_t id, std::uint8_t endpoint) {
@@ -237,9 +242,9 @@ RedirPort::RedirPort(Device& device, FileDescriptor socket, bool plugged)
   p.device_disconnect_ack_func = C::disconnect_ack;
 
   std::array<std::uint32_t, USB_REDIR_CAPS_SIZE> capabilities{};
-  for (const int capability : {usb_redir_cap_connect_device_version, usb_redir_cap_device_disconnect_ack,
-                               usb_redir_cap_ep_info_max_packet_size, usb_redir_cap_64bits_ids,
-                               usb_redir_cap_32bits_bulk_length})
+  for (const int capability :
+       {usb_redir_cap_connect_device_version, usb_redir_cap_device_disconnect_ack,
+        usb_redir_cap_ep_info_max_packet_size, usb_redir_cap_64bits_ids, usb_redir_cap_32bits_bulk_length})
     usbredirparser_caps_set_cap(capabilities.data(), capability);
   usbredirparser_init(parser_.get(), "lightwell-usb-camera", capabilities.data(), USB_REDIR_CAPS_SIZE,
                       usbredirparser_fl_usb_host);
@@ -258,9 +263,7 @@ bool RedirPort::write() {
 
 bool RedirPort::wants_write() const { return usbredirparser_has_data_to_write(parser_.get()) > 0; }
 
-bool RedirPort::wants_read() const {
-  return usbredirparser_get_bufferered_output_size(parser_.get()) < kMostWaiting;
-}
+bool RedirPort::wants_read() const { return usbredirparser_get_bufferered_output_size(parser_.get()) < kMostWaiting; }
 
 void RedirPort::plug() {
   plugged_ = true;

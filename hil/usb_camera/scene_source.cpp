@@ -79,8 +79,11 @@ double SceneSource::automatic_exposure_s() const { return studios_.front().secon
 SceneSource::Job SceneSource::job(std::uint64_t number, const SensorSettings& settings) const {
   const auto& [serial, studio] = studios_.front();
   const std::uint64_t picture = studio->plan().picture(number);
-  return {{serial, picture, std::llround(settings.exposure_s * 1e9), std::llround(settings.gain * 1e3), settings.kelvin},
-          studio, picture, settings};
+  return {
+      {serial, picture, std::llround(settings.exposure_s * 1e9), std::llround(settings.gain * 1e3), settings.kelvin},
+      studio,
+      picture,
+      settings};
 }
 
 void SceneSource::enqueue(Job job, bool first) {

@@ -22,9 +22,9 @@ namespace lightwell::usb_camera {
 
 struct SceneOptions {
   std::string uri = "sim:city?rig=single";  ///< Of the simulated camera; no sensor, which the host chooses.
-  int lens = 0;          ///< Of the rig: a USB camera has one. A pair of them is two cameras.
+  int lens = 0;                             ///< Of the rig: a USB camera has one. A pair of them is two cameras.
   int jpeg_quality = 90;
-  int threads = 2;       ///< That render.
+  int threads = 2;                            ///< That render.
   std::size_t memory = std::size_t{1} << 30;  ///< Of pictures kept; those not wanted for longest go first.
 };
 

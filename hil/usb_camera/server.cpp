@@ -1,17 +1,17 @@
 #include "usb_camera/server.hpp"
 
-#include <poll.h>
-#include <sys/eventfd.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <poll.h>
+#include <unistd.h>
 #include <utility>
 #include <vector>
+
+#include <sys/eventfd.h>
+#include <sys/socket.h>
 
 namespace lightwell::usb_camera {
 

@@ -131,8 +131,8 @@ class Stream {
   std::optional<Agreement> agreement_;
   std::deque<Transfer> transfers_;
   std::uint64_t streams_ = 0;
-  std::uint64_t next_ = 0;  ///< The frame that is being exposed.
-  CameraTime due_;          ///< When it is due.
+  std::uint64_t next_ = 0;      ///< The frame that is being exposed.
+  CameraTime due_;              ///< When it is due.
   bool wants_picture_ = false;  ///< It is due, and waits for its picture: whoever has it calls run().
   bool frame_id_ = false;
   std::optional<Sending> sending_;

@@ -17,9 +17,12 @@ constexpr std::size_t kSensors = 8;
 
 PixelFormat sensor_format(Encoding encoding) {
   switch (encoding) {
-    case Encoding::yuyv: return PixelFormat::yuyv;
-    case Encoding::nv12: return PixelFormat::nv12;
-    case Encoding::mjpeg: return PixelFormat::rgb8;
+    case Encoding::yuyv:
+      return PixelFormat::yuyv;
+    case Encoding::nv12:
+      return PixelFormat::nv12;
+    case Encoding::mjpeg:
+      return PixelFormat::rgb8;
   }
   return PixelFormat::yuyv;
 }
@@ -73,9 +76,8 @@ Studio::Light Studio::light(std::uint64_t index) {
   std::promise<Light> promise;
   {
     std::unique_lock lock(mutex_);
-    const auto known = std::find_if(lights_.begin(), lights_.end(), [&](const auto& entry) {
-      return same_light(world_->scene, entry.first, index);
-    });
+    const auto known = std::find_if(lights_.begin(), lights_.end(),
+                                    [&](const auto& entry) { return same_light(world_->scene, entry.first, index); });
     if (known != lights_.end()) {
       lights_.splice(lights_.begin(), lights_, known);
       const std::shared_future<Light> future = known->second;

@@ -1,12 +1,12 @@
-#include <lightwell/calibration.hpp>
+#include <cmath>
+#include <numbers>
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
 
-#include <cmath>
+#include <lightwell/calibration.hpp>
 #include <lightwell/descriptor.hpp>
-#include <numbers>
 
 #include "message_values.hpp"
 #include "text_message.hpp"
@@ -52,7 +52,8 @@ Status model_problem(const LensParameters& lens) {
 Status photometry_problem(const PhotometricCalibration& p, double max_angle_rad) {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "photometry." + what); };
   if (!(p.black_level >= 0 && p.black_level < 0.5)) return bad("black_level must be at least 0 and below 0.5");
-  if (!(p.saturation > p.black_level && p.saturation <= 1)) return bad("saturation must lie above black_level, up to 1");
+  if (!(p.saturation > p.black_level && p.saturation <= 1))
+    return bad("saturation must lie above black_level, up to 1");
   if (!(p.read_noise >= 0) || !(p.shot_noise >= 0)) return bad("read_noise and shot_noise must not be negative");
   for (const double v : p.vignetting)
     if (!std::isfinite(v)) return bad("vignetting must be finite");
@@ -84,8 +85,7 @@ Status photometry_problem(const PhotometricCalibration& p, double max_angle_rad)
 
 Status RigParameters::validate() const {
   if (lenses.empty() || lenses.size() > 2)
-    return {StatusCode::invalid_argument,
-            "a rig has one or two lenses, this one has " + std::to_string(lenses.size())};
+    return {StatusCode::invalid_argument, "a rig has one or two lenses, this one has " + std::to_string(lenses.size())};
   if (!(nits_per_unit >= 0) || !std::isfinite(nits_per_unit))
     return {StatusCode::invalid_argument, "nits_per_unit must be 0 (not known) or positive"};
   for (std::size_t i = 0; i < lenses.size(); ++i) {

@@ -1,8 +1,8 @@
-#include <lightwell/cap.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include <lightwell/cap.hpp>
 
 namespace lightwell {
 namespace {
@@ -21,9 +21,7 @@ double cap_vector_irradiance(double rho) {
   return std::numbers::pi * s * s;
 }
 
-double cap_radius(double mean_one_minus_cos) {
-  return std::acos(std::clamp(1 - 2 * mean_one_minus_cos, 0.0, 1.0));
-}
+double cap_radius(double mean_one_minus_cos) { return std::acos(std::clamp(1 - 2 * mean_one_minus_cos, 0.0, 1.0)); }
 
 double cap_irradiance(double cos_angle, double rho) {
   const double sigma = clamped(rho);

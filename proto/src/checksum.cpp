@@ -1,4 +1,5 @@
 #include <array>
+
 #include <lightwell/checksum.hpp>
 
 namespace lightwell {

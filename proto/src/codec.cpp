@@ -1,14 +1,14 @@
-#include <lightwell/codec.hpp>
-
-#include <google/protobuf/util/json_util.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <lightwell/lobes.hpp>
 #include <numbers>
 #include <vector>
+
+#include <google/protobuf/util/json_util.h>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/lobes.hpp>
 
 #include "environment_codec.hpp"
 #include "lightwell/v1/descriptor.pb.h"
@@ -60,8 +60,8 @@ Status problem(const Descriptor& d) {
   }
   if (!share(d.coverage)) return invalid("coverage must be 0 to 1");
   if (!share(d.saturated)) return invalid("saturated must be 0 to 1");
-  for (const float v : {d.bound.total, d.bound.truncation, d.bound.sampling, d.bound.noise, d.bound.quantization,
-                        d.bound.smoothing})
+  for (const float v :
+       {d.bound.total, d.bound.truncation, d.bound.sampling, d.bound.noise, d.bound.quantization, d.bound.smoothing})
     if (!(v >= 0)) return invalid("a part of the bound is negative or NaN");
   if (to_string(d.setting) == "unknown") return invalid("setting is not known");
   if (d.environment) return environment_problem(*d.environment);
@@ -100,7 +100,8 @@ void fill_radiance(const Descriptor& d, v1::SphericalHarmonics& m) {
   for (int l = 0; l <= sh.band; ++l) {
     if ((bands >> l & 1U) == 0) continue;
     for (int i = l * l; i < sh_count(l); ++i)
-      for (const std::int32_t mantissa : mantissas[static_cast<std::size_t>(i)]) m.add_mantissa(mantissa / (1 << zeros));
+      for (const std::int32_t mantissa : mantissas[static_cast<std::size_t>(i)])
+        m.add_mantissa(mantissa / (1 << zeros));
   }
 }
 
@@ -109,7 +110,8 @@ void fill_light(const Light& light, v1::Light& m) {
     m.add_direction(static_cast<std::int32_t>(std::nearbyint(v * kDirectionScale)));
   const int exponent = exponent_for(largest(light.irradiance));
   std::uint32_t all_bits = 0;
-  for (int k = 0; k < 3; ++k) all_bits |= static_cast<std::uint32_t>(std::abs(mantissa_of(light.irradiance[k], exponent)));
+  for (int k = 0; k < 3; ++k)
+    all_bits |= static_cast<std::uint32_t>(std::abs(mantissa_of(light.irradiance[k], exponent)));
   const int zeros = common_zeros(all_bits);
   for (int k = 0; k < 3; ++k) m.add_irradiance_mantissa(mantissa_of(light.irradiance[k], exponent) / (1 << zeros));
   m.set_irradiance_exponent(all_bits == 0 ? 0 : exponent + zeros);
@@ -179,12 +181,14 @@ Status read_light(const v1::Light& m, Light& light) {
     light.irradiance[k] = value_of(m.irradiance_mantissa(k), m.irradiance_exponent());
   }
   const double radius = m.angular_radius_e5() * kRadiusUnit;
-  if (radius > std::numbers::pi / 2 + 2 * kRadiusUnit) return invalid("light.angular_radius_e5 is beyond a quarter turn");
+  if (radius > std::numbers::pi / 2 + 2 * kRadiusUnit)
+    return invalid("light.angular_radius_e5 is beyond a quarter turn");
   light.angular_radius_rad = static_cast<float>(std::min(radius, std::numbers::pi / 2));
   for (int k = 0; k < m.covariance_mantissa_size(); ++k) {
     if (std::abs(static_cast<std::int64_t>(m.covariance_mantissa(k))) > kCovarianceLimit)
       return invalid("light.covariance_mantissa is larger than 63");
-    light.direction_covariance[static_cast<std::size_t>(k)] = value_of(m.covariance_mantissa(k), m.covariance_exponent());
+    light.direction_covariance[static_cast<std::size_t>(k)] =
+        value_of(m.covariance_mantissa(k), m.covariance_exponent());
   }
   if (m.covariance_mantissa_size() == 1) light.direction_covariance[2] = light.direction_covariance[0];
   light.track = m.track();
@@ -298,7 +302,8 @@ Result<Descriptor> decode_descriptor(std::span<const std::byte> bytes) {
   d.probe_id = m.probe_id();
   d.calibration_id = m.calibration_id();
   for (const int f : m.flags()) {
-    const auto known = std::find_if(kWireFlags.begin(), kWireFlags.end(), [&](Flag k) { return static_cast<int>(k) == f; });
+    const auto known =
+        std::find_if(kWireFlags.begin(), kWireFlags.end(), [&](Flag k) { return static_cast<int>(k) == f; });
     // A reason not to trust the answer stays one where it has no name here.
     d.flags.set(known != kWireFlags.end() ? *known : Flag::newer);
   }

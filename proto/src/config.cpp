@@ -1,7 +1,7 @@
-#include <lightwell/config.hpp>
-
 #include <algorithm>
 #include <cmath>
+
+#include <lightwell/config.hpp>
 #include <lightwell/mqtt.hpp>
 
 #include "lightwell/v1/config.pb.h"
@@ -41,9 +41,14 @@ Status EstimatorConfig::validate() const {
 EstimatorConfig at_setting(EstimatorConfig config) {
   double wider = 1;
   switch (config.setting) {
-    case Setting::fast: wider = 2; break;
-    case Setting::balanced: break;
-    case Setting::exact: wider = 0; break;
+    case Setting::fast:
+      wider = 2;
+      break;
+    case Setting::balanced:
+      break;
+    case Setting::exact:
+      wider = 0;
+      break;
   }
   config.epsilon *= wider;
   config.radiance_epsilon *= wider;
@@ -54,7 +59,8 @@ Status MqttConfig::validate() const {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
   const Result<MqttAddress> address = parse_mqtt_address(uri);
   if (!address) return bad("uri: " + address.status().message());
-  if (certificate_file.empty() != key_file.empty()) return bad("certificate_file and key_file come together or not at all");
+  if (certificate_file.empty() != key_file.empty())
+    return bad("certificate_file and key_file come together or not at all");
   if (address->transport == MqttTransport::plain && !(ca_file.empty() && certificate_file.empty()))
     return bad("ca_file and certificate_file have no meaning without TLS: write mqtts://, or leave them out");
   if (client_id.size() > 128) return bad("client_id is longer than 128 bytes");
@@ -90,17 +96,21 @@ Status GrpcConfig::validate() const {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
   if (security > LinkSecurity::mutual_tls) return bad("grpc.security is not known");
   if (certificate.empty() != key.empty())
-    return bad("grpc.certificate and grpc.key belong together: name both files, or neither to let the probe make its own");
+    return bad(
+        "grpc.certificate and grpc.key belong together: name both files, or neither to let the probe make its own");
   if (!encrypted() && (!certificate.empty() || !client_ca.empty()))
     return bad(
-        "grpc.certificate, grpc.key and grpc.client_ca want grpc.security: LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS");
+        "grpc.certificate, grpc.key and grpc.client_ca want grpc.security: LINK_SECURITY_TLS or "
+        "LINK_SECURITY_MUTUAL_TLS");
   if (paired_days < 1 || paired_days > 7300)
     return bad("grpc.paired_days is " + std::to_string(paired_days) + "; it must be 1 to 7300");
   return {};
 }
 
 Status GreyPatch::validate(const RigParameters& rig) const {
-  const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, "grey_patch: " + what); };
+  const auto wrong = [](const std::string& what) {
+    return Status(StatusCode::invalid_argument, "grey_patch: " + what);
+  };
   if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size())
     return wrong("lens must be 0 to " + std::to_string(rig.lenses.size() - 1) + ", as the calibration has them");
   const LensParameters& l = rig.lenses[static_cast<std::size_t>(lens)];

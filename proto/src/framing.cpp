@@ -1,9 +1,10 @@
 #include <algorithm>
 #include <cstring>
-#include <lightwell/checksum.hpp>
-#include <lightwell/framing.hpp>
 #include <limits>
 #include <string>
+
+#include <lightwell/checksum.hpp>
+#include <lightwell/framing.hpp>
 
 namespace lightwell {
 namespace {
@@ -12,8 +13,8 @@ namespace {
 constexpr std::array<std::byte, 4> kMagic = {std::byte{'L'}, std::byte{'W'}, std::byte{'F'}, std::byte{0xA7}};
 
 // Where each field of a header lies; all little-endian.
-constexpr std::size_t kVersionAt = 4, kKindAt = 5, kSessionAt = 8, kLengthAt = 12, kSequenceAt = 16,
-                      kPayloadCrcAt = 24, kHeaderCrcAt = 28;
+constexpr std::size_t kVersionAt = 4, kKindAt = 5, kSessionAt = 8, kLengthAt = 12, kSequenceAt = 16, kPayloadCrcAt = 24,
+                      kHeaderCrcAt = 28;
 
 template <class T>
 void put_le(std::byte* at, T value) {
@@ -29,13 +30,14 @@ T get_le(const std::byte* at) {
 
 /// A kind that nobody knows may be as long as any.
 std::size_t limit_of(std::uint8_t kind) {
-  const bool message = kind == static_cast<std::uint8_t>(FrameKind::request) ||
-                       kind == static_cast<std::uint8_t>(FrameKind::response);
+  const bool message =
+      kind == static_cast<std::uint8_t>(FrameKind::request) || kind == static_cast<std::uint8_t>(FrameKind::response);
   return message ? kMaxLinkMessageBytes : kMaxDescriptorBytes;
 }
 
 bool known_kind(std::uint8_t kind) {
-  return kind >= static_cast<std::uint8_t>(FrameKind::descriptor) && kind <= static_cast<std::uint8_t>(FrameKind::response);
+  return kind >= static_cast<std::uint8_t>(FrameKind::descriptor) &&
+         kind <= static_cast<std::uint8_t>(FrameKind::response);
 }
 
 }  // namespace

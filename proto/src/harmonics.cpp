@@ -1,9 +1,9 @@
-#include <lightwell/harmonics.hpp>
-
 #include <cmath>
-#include <lightwell/lobes.hpp>
 #include <numbers>
 #include <vector>
+
+#include <lightwell/harmonics.hpp>
+#include <lightwell/lobes.hpp>
 
 #include "gauss_legendre.hpp"
 
@@ -39,8 +39,8 @@ void basis(int band, Vec3<T> d, std::span<T> out) {
       out[at + order] = current * re;
       if (m > 0) out[at - order] = current * im;
       if (l == band) break;
-      const T next = static_cast<T>(kRecursion.a[l + 1][m]) *
-                     (d.z * current - static_cast<T>(kRecursion.b[l + 1][m]) * previous);
+      const T next =
+          static_cast<T>(kRecursion.a[l + 1][m]) * (d.z * current - static_cast<T>(kRecursion.b[l + 1][m]) * previous);
       previous = current;
       current = next;
     }
@@ -53,8 +53,8 @@ void basis(int band, Vec3<T> d, std::span<T> out) {
 /// Band 2, what most lights need, without the recursion's loops.
 template <class Quantity>
 Rgb<Quantity> evaluate_band_2(const Sh<Quantity>& sh, Vec3f d) {
-  constexpr float k0 = 0.28209479177387814F, k1 = 0.4886025119029199F, k2 = 1.0925484305920792F, k3 = 0.31539156525252005F,
-                  k4 = 0.5462742152960396F;
+  constexpr float k0 = 0.28209479177387814F, k1 = 0.4886025119029199F, k2 = 1.0925484305920792F,
+                  k3 = 0.31539156525252005F, k4 = 0.5462742152960396F;
   const float y[9] = {k0,
                       k1 * d.y,
                       k1 * d.z,
@@ -95,8 +95,7 @@ struct SphereRule {
       const double s = std::sqrt(1 - z * z);
       for (int k = 0; k < steps; ++k) {
         const double phi = 2 * std::numbers::pi * k / steps;
-        nodes.push_back({{s * std::cos(phi), s * std::sin(phi), z},
-                         ring_weight * 2 * std::numbers::pi / steps});
+        nodes.push_back({{s * std::cos(phi), s * std::sin(phi), z}, ring_weight * 2 * std::numbers::pi / steps});
       }
     }
   }

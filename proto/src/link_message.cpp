@@ -1,6 +1,7 @@
+#include <string>
+
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
-#include <string>
 
 #include "lightwell/v1/link_message.pb.h"
 #include "probe_requests.hpp"
@@ -29,8 +30,7 @@ void serialize(const Message& message, std::vector<std::byte>& out) {
 
 template <class Message>
 bool parse(std::span<const std::byte> bytes, Message& message) {
-  return bytes.size() <= kMaxLinkMessageBytes &&
-         message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
+  return bytes.size() <= kMaxLinkMessageBytes && message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
 }
 
 std::string cut(std::string text) {
@@ -63,9 +63,11 @@ Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkRespon
       if (scale) response.mutable_report_lux()->set_scale(*scale);
       return scale.status();
     }
-    case v1::LinkRequest::ASK_NOT_SET: break;
+    case v1::LinkRequest::ASK_NOT_SET:
+      break;
   }
-  return {StatusCode::invalid_argument, "the request asks nothing that this probe knows; is its firmware older than the SDK?"};
+  return {StatusCode::invalid_argument,
+          "the request asks nothing that this probe knows; is its firmware older than the SDK?"};
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
-#include <lightwell/marker_body.hpp>
+#include <cmath>
+#include <set>
 
 #include <google/protobuf/text_format.h>
 
-#include <cmath>
-#include <set>
+#include <lightwell/marker_body.hpp>
 
 #include "lightwell/v1/marker_body.pb.h"
 #include "text_message.hpp"
@@ -128,7 +128,8 @@ Status MarkerBody::validate() const {
   }
   if (ball) {
     if (!finite(ball->center)) return wrong("ball: center_m must be finite");
-    if (!(ball->radius_m > 0) || !std::isfinite(ball->radius_m)) return wrong("ball: radius_m must be positive and finite");
+    if (!(ball->radius_m > 0) || !std::isfinite(ball->radius_m))
+      return wrong("ball: radius_m must be positive and finite");
     if (const Status s = validate_albedo(ball->albedo, "ball"); !s.ok()) return s;
   }
   return {};
@@ -151,14 +152,14 @@ Result<MarkerBody> parse_marker_body(std::string_view text, const std::string& n
     if (m.ball().center_m_size() != 3) return in_file(wrong("ball: center_m is x, y, z"));
     const Result<std::array<double, 3>> albedo = albedo_from(m.ball().albedo(), "ball");
     if (!albedo) return in_file(albedo.status());
-    out.ball = MarkerBall{{m.ball().center_m(0), m.ball().center_m(1), m.ball().center_m(2)}, m.ball().radius_m(), *albedo};
+    out.ball =
+        MarkerBall{{m.ball().center_m(0), m.ball().center_m(1), m.ball().center_m(2)}, m.ball().radius_m(), *albedo};
   }
   if (const Status s = out.validate(); !s.ok()) return in_file(s);
   for (MarkerFace& face : out.faces) {
     const Quat& q = face.body_face.rotation;
     // What is of length one stays as it is, so that text and value are the same to the last bit.
-    if (std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) > 1e-12)
-      face.body_face.rotation = q.normalized();
+    if (std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) > 1e-12) face.body_face.rotation = q.normalized();
   }
   return out;
 }

@@ -1,8 +1,8 @@
-#include <lightwell/mounting.hpp>
+#include <cmath>
 
 #include <google/protobuf/text_format.h>
 
-#include <cmath>
+#include <lightwell/mounting.hpp>
 
 #include "message_values.hpp"
 #include "text_message.hpp"
@@ -18,8 +18,10 @@ Status validate_mounting(const UncertainPose& T_world_probe) {
   const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
   const auto& [q, t] = T_world_probe.pose;
   const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  if (!(squared > 1e-18) || !std::isfinite(squared)) return wrong("pose has no rotation: qx, qy, qz, qw are zero or not finite");
-  if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z)) return wrong("pose: tx, ty, tz must be finite");
+  if (!(squared > 1e-18) || !std::isfinite(squared))
+    return wrong("pose has no rotation: qx, qy, qz, qw are zero or not finite");
+  if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z))
+    return wrong("pose: tx, ty, tz must be finite");
   const PoseCovariance& c = T_world_probe.covariance;
   for (std::size_t r = 0; r < 6; ++r) {
     if (!(c[r][r] >= 0)) return wrong("covariance: variance " + std::to_string(r) + " must not be negative");

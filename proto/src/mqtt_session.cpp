@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <lightwell/mqtt_session.hpp>
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
 #include <poll.h>
@@ -14,12 +13,14 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 
+#include <lightwell/mqtt_session.hpp>
+
 namespace lightwell {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-/// A broker takes a client for lost, and publishes its will, after one and a half of these without a word; a client a broker
-/// after two.
+/// A broker takes a client for lost, and publishes its will, after one and a half of these without a word; a client a
+/// broker after two.
 constexpr int kKeepAliveSeconds = 5;
 
 /// A key that is encrypted is refused; OpenSSL would ask for its password at the terminal.
@@ -38,9 +39,9 @@ struct PropertyBytes {
   ~PropertyBytes() { std::free(bytes); }
 };
 
-/// Where a broker wants a certificate and is shown none, TLS 1.3 tells so behind the handshake: by an alert (116; 40 of TLS 1.2, RFC
-/// 8446 and 5246), where that is read; by a write that fails ("Protocol error" is the library's word for it) or a reset, where it is
-/// not. Which of them comes first is a race, so each gets the remedy.
+/// Where a broker wants a certificate and is shown none, TLS 1.3 tells so behind the handshake: by an alert (116; 40 of
+/// TLS 1.2, RFC 8446 and 5246), where that is read; by a write that fails ("Protocol error" is the library's word for
+/// it) or a reset, where it is not. Which of them comes first is a race, so each gets the remedy.
 bool may_want_a_certificate(const std::string& why) {
   for (const char* sign : {"certificate required", "handshake failure", "connection to the broker was lost"})
     if (why.find(sign) != std::string::npos) return true;

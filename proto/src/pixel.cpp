@@ -1,6 +1,6 @@
-#include <lightwell/pixel.hpp>
-
 #include <algorithm>
+
+#include <lightwell/pixel.hpp>
 
 namespace lightwell {
 

@@ -1,10 +1,11 @@
 #include "probe_requests.hpp"
 
 #include <cmath>
-#include <lightwell/probe_calls.hpp>
-#include <lightwell/time.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/probe_calls.hpp>
+#include <lightwell/time.hpp>
 
 #include "status_message.hpp"
 
@@ -38,9 +39,10 @@ void answer_info(const StatusSnapshot& status, v1::InfoResponse& response) {
 
 Status answer_set_config(const v1::Config& config, Commands& commands) {
   if (const std::string fixed = fixed_fields(config); !fixed.empty())
-    return {StatusCode::failed_precondition, fixed +
-                                                 ": only `estimator` can change while the probe runs; put the rest into "
-                                                 "the configuration file and restart lightwelld"};
+    return {StatusCode::failed_precondition,
+            fixed +
+                ": only `estimator` can change while the probe runs; put the rest into "
+                "the configuration file and restart lightwelld"};
   if (!config.has_estimator()) return {StatusCode::invalid_argument, "no field is set"};
   // What the request leaves out stays as it is.
   const Result<EstimatorConfig> changed = updated_config(commands.estimator(), config.estimator().SerializeAsString());

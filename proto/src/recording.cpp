@@ -1,9 +1,9 @@
-#include <lightwell/recording.hpp>
-
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+
+#include <lightwell/recording.hpp>
 
 #include "lightwell/v1/recording.pb.h"
 #include "message_values.hpp"
@@ -114,8 +114,7 @@ Result<RecordReader> RecordReader::open(const std::string& path) {
   reader.file_bytes_ = static_cast<std::uint64_t>(std::max(0L, std::ftell(f)));
   std::fseek(f, 0, SEEK_SET);
   std::array<unsigned char, 8> magic{};
-  if (std::fread(magic.data(), 1, magic.size(), f) != magic.size() ||
-      std::memcmp(magic.data(), kMagic.data(), 5) != 0)
+  if (std::fread(magic.data(), 1, magic.size(), f) != magic.size() || std::memcmp(magic.data(), kMagic.data(), 5) != 0)
     return Status(StatusCode::data_loss, path + ": no Lightwell recording (its first bytes are not \"LWREC\")");
   if (magic[5] != kMagic[5])
     return Status(StatusCode::data_loss, path + ": container version " + std::to_string(magic[5]) +

@@ -55,7 +55,8 @@ StatusSnapshot status_of(const v1::InfoResponse& m) {
                   .authentication_failures = c.authentication_failures()};
   // A mounting that cannot be is none: who asks for the world is told that it is not known.
   if (m.has_mounting())
-    if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok()) out.T_world_probe = *mounting;
+    if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())
+      out.T_world_probe = *mounting;
   return out;
 }
 

@@ -1,10 +1,5 @@
 #include "text_message.hpp"
 
-#include <google/protobuf/descriptor.h>
-#include <google/protobuf/io/tokenizer.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-#include <google/protobuf/text_format.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -13,6 +8,11 @@
 #include <set>
 #include <sstream>
 #include <vector>
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/text_format.h>
 
 namespace lightwell {
 namespace {
@@ -90,7 +90,8 @@ std::string suggestion(const std::string& error, const pb::Descriptor* root) {
   }
   if (nearest.empty()) return {};
   // Further away than half its length it is no slip of the pen: list what there is.
-  if (smallest * 2 > std::max(wrong.size(), nearest.size())) return " (nearest known name: '" + nearest + "'; known: " + all + ")";
+  if (smallest * 2 > std::max(wrong.size(), nearest.size()))
+    return " (nearest known name: '" + nearest + "'; known: " + all + ")";
   return " (did you mean '" + nearest + "'?)";
 }
 

@@ -1,11 +1,12 @@
 // Messages in protobuf text format, with errors that a person can act on.
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include <google/protobuf/message.h>
 
 #include <lightwell/result.hpp>
-#include <string>
-#include <string_view>
 
 namespace lightwell {
 

@@ -1,6 +1,6 @@
-#include <lightwell/time.hpp>
-
 #include <ctime>
+
+#include <lightwell/time.hpp>
 
 namespace lightwell {
 

@@ -67,7 +67,8 @@ std::vector<S1Point> points_of(const MarkerFace& face, double white, S1Encoding 
 
 Vec3d normal_of(const Pose& pose) { return rotate(pose.rotation, Vec3d{0, 0, 1}); }
 
-/// The third column of P F_C: P as ARToolkit makes it from a camera's calibration, near plane by far plane taken for zero.
+/// The third column of P F_C: P as ARToolkit makes it from a camera's calibration, near plane by far plane taken for
+/// zero.
 Vec3d perceived(Vec3d normal, const S1Camera& camera) {
   const double skew_x = (2 * camera.cx + 1) / camera.width - 1, skew_y = (2 * camera.cy + 1) / camera.height - 1;
   return normalized(Vec3d{2 * camera.fx / camera.width * normal.x + skew_x * normal.z,
@@ -75,14 +76,15 @@ Vec3d perceived(Vec3d normal, const S1Camera& camera) {
 }
 
 /// The luminance at a point of a face, eq. 3.6 to 3.13; nothing outside of the picture or behind the camera.
-std::optional<double> luminance_at(const S1Picture& picture, const S1Camera& camera, const Pose& camera_face, FacePoint p) {
+std::optional<double> luminance_at(const S1Picture& picture, const S1Camera& camera, const Pose& camera_face,
+                                   FacePoint p) {
   const Vec3d at = transformed(camera_face, {p.x, p.y, 0});
   if (!(at.z > 0)) return std::nullopt;
   // 3.6 to 3.8: the perspective matrix and the division by z; the image plane's y points up, the house's pixels' down.
   const double plane_x = 2 * (camera.fx * at.x / at.z + camera.cx + 0.5) / camera.width - 1;
   const double plane_y = 1 - 2 * (camera.fy * at.y / at.z + camera.cy + 0.5) / camera.height;
-  const double texture_x = (plane_x + 1) / 2, texture_y = (plane_y + 1) / 2;                         // 3.9, 3.10
-  const double pixel_x = texture_x * picture.width, pixel_y = (1 - texture_y) * picture.height;      // 3.11, 3.12
+  const double texture_x = (plane_x + 1) / 2, texture_y = (plane_y + 1) / 2;                     // 3.9, 3.10
+  const double pixel_x = texture_x * picture.width, pixel_y = (1 - texture_y) * picture.height;  // 3.11, 3.12
   if (!(pixel_x >= 0 && pixel_x < picture.width && pixel_y >= 0 && pixel_y < picture.height)) return std::nullopt;
   const std::uint8_t* pixel = picture.data.data() + static_cast<std::size_t>(pixel_y) * picture.stride +
                               static_cast<std::size_t>(pixel_x) * static_cast<std::size_t>(picture.channels);
@@ -104,7 +106,8 @@ Vec3d shadowed_vector(const S1Marker& marker, std::span<const S1Seen> seen, cons
   Vec3d sum;
   for (const S1Seen& other : seen) {
     const auto& adjacent = marker.faces[face.face].adjacent;
-    if (other.luminance < threshold || std::find(adjacent.begin(), adjacent.end(), other.face) == adjacent.end()) continue;
+    if (other.luminance < threshold || std::find(adjacent.begin(), adjacent.end(), other.face) == adjacent.end())
+      continue;
     sum += 2 * dot(face.normal_cv, other.normal_cv) * other.normal_cv - face.normal_cv;
   }
   const Vec3d mean = normalized(sum);
@@ -136,14 +139,15 @@ S1Marker s1_marker(const MarkerBody& body, S1Encoding encoding, std::size_t poin
 
 std::optional<Pose> s1_face_pose(const S1Tag& tag, const S1Camera& camera, double tag_size_m) {
   const double half = tag_size_m / 2;
-  // The order that IPPE_SQUARE asks for, of a tag whose y points down and whose z points away from who reads it: of one that
-  // faces the camera with y up the rotation vector is pi long, where OpenCV's IPPE makes zero of it.
+  // The order that IPPE_SQUARE asks for, of a tag whose y points down and whose z points away from who reads it: of one
+  // that faces the camera with y up the rotation vector is pi long, where OpenCV's IPPE makes zero of it.
   const std::vector<cv::Point3d> corners{{-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
   std::vector<cv::Point2d> pixels;
   for (const FacePoint& p : tag.corners_px) pixels.emplace_back(p.x, p.y);
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Vec3d turn, shift;
-  if (!cv::solvePnP(corners, pixels, matrix, cv::noArray(), turn, shift, false, cv::SOLVEPNP_IPPE_SQUARE)) return std::nullopt;
+  if (!cv::solvePnP(corners, pixels, matrix, cv::noArray(), turn, shift, false, cv::SOLVEPNP_IPPE_SQUARE))
+    return std::nullopt;
   const double angle = cv::norm(turn);
   if (!std::isfinite(angle + cv::norm(shift)) || !(shift[2] > 0)) return std::nullopt;
   const Vec3d axis = normalized(Vec3d{turn[0], turn[1], turn[2]});
@@ -197,8 +201,8 @@ std::vector<S1Seen> s1_sample(const S1Picture& picture, const S1Camera& camera, 
 S1Light s1_light(const S1Marker& marker, std::span<const S1Seen> seen, const S1Options& options) {
   S1Light light;
   if (seen.empty()) return light;
-  const auto [lowest, highest] =
-      std::minmax_element(seen.begin(), seen.end(), [](const S1Seen& a, const S1Seen& b) { return a.luminance < b.luminance; });
+  const auto [lowest, highest] = std::minmax_element(
+      seen.begin(), seen.end(), [](const S1Seen& a, const S1Seen& b) { return a.luminance < b.luminance; });
   light.intensity = highest->luminance;
   light.ambient = lowest->luminance > options.most_ambient ? options.default_ambient : lowest->luminance;
   Vec3d sum;

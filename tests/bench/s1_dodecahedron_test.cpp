@@ -1,6 +1,6 @@
-// Each rule of the seed by a case whose numbers are worked out by hand. The camera is 200x100 with a focal length of 100 px and
-// its axis through the picture's middle: a point x to the right and y up at the distance z is in the column floor(100 + 100 x/z)
-// and the row floor(50 - 100 y/z).
+// Each rule of the seed by a case whose numbers are worked out by hand. The camera is 200x100 with a focal length of
+// 100 px and its axis through the picture's middle: a point x to the right and y up at the distance z is in the column
+// floor(100 + 100 x/z) and the row floor(50 - 100 y/z).
 #include "bench/s1_dodecahedron.hpp"
 
 #include <cmath>
@@ -73,9 +73,10 @@ TEST(S1Sample, WithoutATagNothingIsSeen) {
 }
 
 TEST(S1Sample, TheBodyIsWhereTheLargestTagSays) {
-  // Both tags are found, face 0's at 1 m and face 1's at 2 m, though the body has them in one place. Face 2 lies 0.5 m to the
-  // right: by face 0 in column 100 + 100 (0.505 / 1), by face 1 in column 100 + 100 (0.505 / 2).
-  S1Marker marker{kTag, {plain_face(0, {{{0, 0}, 1}}), plain_face(1, {{{0, 0}, 1}}), plain_face(2, {{{0.005, 0.005}, 1}})}};
+  // Both tags are found, face 0's at 1 m and face 1's at 2 m, though the body has them in one place. Face 2 lies 0.5 m
+  // to the right: by face 0 in column 100 + 100 (0.505 / 1), by face 1 in column 100 + 100 (0.505 / 2).
+  S1Marker marker{kTag,
+                  {plain_face(0, {{{0, 0}, 1}}), plain_face(1, {{{0, 0}, 1}}), plain_face(2, {{{0.005, 0.005}, 1}})}};
   marker.faces[2].body_face.translation = {0.5, 0, 0};
   Picture picture;
   picture.set(150, 49, {255, 255, 255});
@@ -91,8 +92,9 @@ TEST(S1Sample, TheBodyIsWhereTheLargestTagSays) {
 // --- 3.3: luminance ---
 
 TEST(S1Sample, AFacesLuminanceIsTheMeanOfItsPointsByTheirMaximum) {
-  // The first point: column 100 + 10.5, row 50 - 20.5; 0.33 * 0.4 + 0.59 * 0.8 + 0.11 * 0.2 = 0.626; by 0.515 that is 1.2155.
-  // The second: column 100 - 30.5, row 50 + 10.5; 1.03 * 0.2 = 0.206; by 1.03 that is 0.2. The third is outside.
+  // The first point: column 100 + 10.5, row 50 - 20.5; 0.33 * 0.4 + 0.59 * 0.8 + 0.11 * 0.2 = 0.626; by 0.515 that
+  // is 1.2155. The second: column 100 - 30.5, row 50 + 10.5; 1.03 * 0.2 = 0.206; by 1.03 that is 0.2. The third is
+  // outside.
   const S1Marker marker{kTag, {plain_face(7, {{{0.105, 0.205}, 0.515}, {{-0.305, -0.105}, 1.03}, {{2, 0}, 1}})}};
   Picture picture;
   picture.set(110, 29, {102, 204, 51});
@@ -145,15 +147,17 @@ TEST(S1Sample, AFaceWhoseTagIsNotFoundIsProjectedIfItFacesTheCamera) {
 }
 
 TEST(S1Sample, ToTheLetterThePerspectiveMatrixStretchesNormals) {
-  // Turned down, sine 0.6: the normal is (0, 0.6, -0.8). 2 * 100 / 200 = 1 across, 2 * 100 / 100 = 2 down: (0, 1.2, -0.8),
-  // of length 1.442221: (0, 0.832050, -0.554700), and the last number is the cosine with the axis.
+  // Turned down, sine 0.6: the normal is (0, 0.6, -0.8). 2 * 100 / 200 = 1 across, 2 * 100 / 100 = 2 down: (0, 1.2,
+  // -0.8), of length 1.442221: (0, 0.832050, -0.554700), and the last number is the cosine with the axis.
   const Projected body(Quat::about({1, 0, 0}, std::asin(0.6)));
   const Picture picture;
   S1Options options;
-  expect_near(s1_sample(picture.picture(), kCamera, body.marker, body.tags, options).at(1).normal_cv, {0, 0.6, -0.8}, 1e-4);
+  expect_near(s1_sample(picture.picture(), kCamera, body.marker, body.tags, options).at(1).normal_cv, {0, 0.6, -0.8},
+              1e-4);
   options.normals = S1Options::Normals::letter;
   options.visible_cosine = 0.554;
-  expect_near(s1_sample(picture.picture(), kCamera, body.marker, body.tags, options).at(1).normal_cv, {0, 0.832050, -0.554700}, 1e-4);
+  expect_near(s1_sample(picture.picture(), kCamera, body.marker, body.tags, options).at(1).normal_cv,
+              {0, 0.832050, -0.554700}, 1e-4);
   options.visible_cosine = 0.555;
   EXPECT_EQ(s1_sample(picture.picture(), kCamera, body.marker, body.tags, options).size(), 1U);
 }
@@ -162,7 +166,8 @@ TEST(S1Sample, ToTheLetterThePerspectiveMatrixStretchesNormals) {
 
 MarkerBody three_sides() {
   const auto square = [](double x, double y, double half, double albedo) {
-    return MarkerPatch{{{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}}, {albedo, albedo, albedo}};
+    return MarkerPatch{{{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}},
+                       {albedo, albedo, albedo}};
   };
   MarkerBody body;
   body.tag_size_m = 0.02;
@@ -243,8 +248,8 @@ TEST(S1Light, AShadowedFacesNormalIsReflectedAcrossItsLitNeighbour) {
 }
 
 TEST(S1Light, WithoutALitNeighbourTheNormalIsReversedAndDarknessWeighs) {
-  // Ambient 0.1; face 1: 1 - (0.2 - 0.1) / (0.5 - 0.1) = 0.75; face 2: 1. 0.8 (0, 0, -1) + 0.75 (-0.6, 0, -0.8) + (0, -1, 0)
-  // = (-0.45, -1, -1.4), of length 1.778342.
+  // Ambient 0.1; face 1: 1 - (0.2 - 0.1) / (0.5 - 0.1) = 0.75; face 2: 1. 0.8 (0, 0, -1) + 0.75 (-0.6, 0, -0.8) + (0,
+  // -1, 0) = (-0.45, -1, -1.4), of length 1.778342.
   const std::vector<S1Seen> seen{{0, true, kAhead, 0.8}, {1, true, kAside, 0.2}, {2, false, {0, 1, 0}, 0.1}};
   const S1Light light = s1_light(three_faces(), seen);
   ASSERT_TRUE(light.known);
@@ -253,8 +258,9 @@ TEST(S1Light, WithoutALitNeighbourTheNormalIsReversedAndDarknessWeighs) {
 }
 
 TEST(S1Light, ReflectionsAcrossTwoLitNeighboursAreAveragedAndNormalised) {
-  // Across (0, 0, -1): (-0.6, 0, -0.8); across (0, -1, 0), which it is perpendicular to: (-0.6, 0, 0.8). Their mean (-0.6, 0, 0)
-  // becomes (-1, 0, 0). 0.8 (0, 0, -1) + 0.6 (0, -1, 0) + (-1, 0, 0) = (-1, -0.6, -0.8), of length 1.414214.
+  // Across (0, 0, -1): (-0.6, 0, -0.8); across (0, -1, 0), which it is perpendicular to: (-0.6, 0, 0.8). Their mean
+  // (-0.6, 0, 0) becomes (-1, 0, 0). 0.8 (0, 0, -1) + 0.6 (0, -1, 0) + (-1, 0, 0) = (-1, -0.6, -0.8), of
+  // length 1.414214.
   const std::vector<S1Seen> seen{{0, true, kAhead, 0.8}, {2, true, {0, -1, 0}, 0.6}, {1, true, kAside, 0.2}};
   const S1Light light = s1_light(three_faces(true), seen);
   ASSERT_TRUE(light.known);
@@ -268,7 +274,8 @@ TEST(S1Light, AmbientIsTheLowestLuminanceUnlessThatIsAboveAHalf) {
 }
 
 TEST(S1Light, TheDefaultAmbientIsThatOfRelativeDarknessToo) {
-  // Ambient 0.3 as both are above 0.5. Face 1: 1 - (0.6 - 0.3) / (0.7 - 0.3) = 0.25. 0.8 (0, 0, -1) + 0.25 (-0.6, 0, -0.8) =
+  // Ambient 0.3 as both are above 0.5. Face 1: 1 - (0.6 - 0.3) / (0.7 - 0.3) = 0.25. 0.8 (0, 0, -1) + 0.25 (-0.6, 0,
+  // -0.8) =
   // (-0.15, 0, -1), of length 1.011187.
   S1Options options;
   options.threshold = 0.7;
@@ -288,9 +295,11 @@ TEST(S1Light, NothingSeenOrVectorsThatCancelAreNoLight) {
 }
 
 TEST(S1Threshold, IsTheMiddleOfThoseThatAreBest) {
-  // Between 0.2 and 0.8 the faces are told apart and the answer is that of the reflected normal above; 52 to 204 of 256.
+  // Between 0.2 and 0.8 the faces are told apart and the answer is that of the reflected normal above; 52 to 204 of
+  // 256.
   const S1Marker marker = three_faces();
-  const std::vector<S1Case> cases{{&marker, {{0, true, kAhead, 0.8}, {1, true, kAside, 0.2}}, normalized(Vec3d{-0.6, 0, 1.6})}};
+  const std::vector<S1Case> cases{
+      {&marker, {{0, true, kAhead, 0.8}, {1, true, kAside, 0.2}}, normalized(Vec3d{-0.6, 0, 1.6})}};
   const auto best = s1_best_threshold(cases);
   ASSERT_TRUE(best);
   EXPECT_DOUBLE_EQ(best->threshold, 0.5);

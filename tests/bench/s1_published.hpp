@@ -1,5 +1,5 @@
-// What the seed of bench/s1_dodecahedron.hpp measured of itself, with a lamp two feet away: percent of 180 degrees, and where
-// its text says so.
+// What the seed of bench/s1_dodecahedron.hpp measured of itself, with a lamp two feet away: percent of 180 degrees, and
+// where its text says so.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ struct S1Published {
   [[nodiscard]] constexpr double degrees() const { return percent * 1.8; }
 };
 
-// A case is a body (white or grey), a way to see it (straight: a face towards the camera; turned: an edge) and a place of the
-// lamp. Ten light vectors of each were averaged before they were compared with the truth (4.3).
+// A case is a body (white or grey), a way to see it (straight: a face towards the camera; turned: an edge) and a place
+// of the lamp. Ten light vectors of each were averaged before they were compared with the truth (4.3).
 
 /// Over all twenty cases, and their median.
 inline constexpr S1Published kS1Mean{"mean", 37.49, "5.2.2, first paragraph: 67.48 deg"};

@@ -1,5 +1,5 @@
-// Tags for the peer of bench/s1_dodecahedron.hpp, from the project's own TagDetector, which stands in for ARToolkit: its
-// numbers are not mistaken and its corners are better, which favours the seed.
+// Tags for the peer of bench/s1_dodecahedron.hpp, from the project's own TagDetector, which stands in for ARToolkit:
+// its numbers are not mistaken and its corners are better, which favours the seed.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ namespace lightwell::bench {
 struct S1TagOptions {
   TagFamily family = TagFamily::tag36h11;
   S1Encoding encoding = S1Encoding::srgb;  ///< Of the picture.
-  /// Section 4.1.2: one pass over a black and white picture for each of these thresholds, 0 to 255; a tag is kept from the first
-  /// pass that finds it. Empty: one pass over the grey picture as it is, which finds more and whose corners are refined.
-  /// The seed's passes are there for what they cost: accuracy is measured with the grey picture.
+  /// Section 4.1.2: one pass over a black and white picture for each of these thresholds, 0 to 255; a tag is kept from
+  /// the first pass that finds it. Empty: one pass over the grey picture as it is, which finds more and whose corners
+  /// are refined. The seed's passes are there for what they cost: accuracy is measured with the grey picture.
   std::vector<int> thresholds;
 };
 

@@ -45,11 +45,9 @@ TEST_F(BadInputTest, AMalformedAddressIsNamed) {
 }
 
 TEST_F(BadInputTest, AnUnknownFieldIsNamedWithFileLineAndTheNearest) {
-  const std::string file =
-      folder_.write("probe.textproto", "probe_name: \"attic\"\nestimator {\n  max_light: 4\n}\n");
+  const std::string file = folder_.write("probe.textproto", "probe_name: \"attic\"\nestimator {\n  max_light: 4\n}\n");
   const std::string said = refusal({.camera = camera(), .more = {"--config", file}});
-  EXPECT_THAT(said,
-              AllOf(HasSubstr(file + ":3"), HasSubstr("max_light"), HasSubstr("'max_lights'")));
+  EXPECT_THAT(said, AllOf(HasSubstr(file + ":3"), HasSubstr("max_light"), HasSubstr("'max_lights'")));
 }
 
 TEST_F(BadInputTest, AMissingConfigurationIsNamed) {
@@ -58,15 +56,13 @@ TEST_F(BadInputTest, AMissingConfigurationIsNamed) {
 }
 
 TEST_F(BadInputTest, AnImpossibleValueOfTheConfigurationIsNamed) {
-  const std::string file =
-      folder_.write("probe.textproto", "camera { uri: \"sim:city\" }\nestimator { band: 9 }\n");
-  EXPECT_THAT(refusal({.more = {"--config", file}}),
-              AllOf(HasSubstr(file), HasSubstr("estimator.band")));
+  const std::string file = folder_.write("probe.textproto", "camera { uri: \"sim:city\" }\nestimator { band: 9 }\n");
+  EXPECT_THAT(refusal({.more = {"--config", file}}), AllOf(HasSubstr(file), HasSubstr("estimator.band")));
 }
 
 TEST_F(BadInputTest, AGreyPatchOutsideThePictureIsNamed) {
-  const std::string file = folder_.write(
-      "probe.textproto", "camera { uri: \"sim:city\" }\ngrey_patch { lens: 2 width: 8 height: 8 }\n");
+  const std::string file =
+      folder_.write("probe.textproto", "camera { uri: \"sim:city\" }\ngrey_patch { lens: 2 width: 8 height: 8 }\n");
   EXPECT_THAT(refusal({.more = {"--config", file}}), HasSubstr("grey_patch: lens must be 0 to 1"));
 }
 
@@ -79,28 +75,24 @@ TEST_F(BadInputTest, AMountingThatCannotBeIsNamed) {
 }
 
 TEST_F(BadInputTest, AnImpossibleCalibrationIsNamedWithLensAndField) {
-  const std::string file =
-      folder_.write("rig.textproto",
-                    "lens { width: 160 height: 120 max_angle_deg: 95\n"
-                    "  kannala_brandt { fx: -40 fy: 40 cx: 79.5 cy: 59.5 } }\n");
+  const std::string file = folder_.write("rig.textproto",
+                                         "lens { width: 160 height: 120 max_angle_deg: 95\n"
+                                         "  kannala_brandt { fx: -40 fy: 40 cx: 79.5 cy: 59.5 } }\n");
   EXPECT_THAT(refusal({.camera = camera(), .more = {"--calibration", file}}),
               AllOf(HasSubstr(file), HasSubstr("lens 0"), HasSubstr("fx")));
 }
 
 TEST_F(BadInputTest, ACalibrationThatFoldsIsRefused) {
-  const std::string file =
-      folder_.write("rig.textproto",
-                    "lens { width: 160 height: 120 max_angle_deg: 95\n"
-                    "  kannala_brandt { fx: 40 fy: 40 cx: 79.5 cy: 59.5 k1: -0.5 } }\n");
-  EXPECT_THAT(refusal({.camera = camera(), .more = {"--calibration", file}}),
-              HasSubstr("stops growing"));
+  const std::string file = folder_.write("rig.textproto",
+                                         "lens { width: 160 height: 120 max_angle_deg: 95\n"
+                                         "  kannala_brandt { fx: 40 fy: 40 cx: 79.5 cy: 59.5 k1: -0.5 } }\n");
+  EXPECT_THAT(refusal({.camera = camera(), .more = {"--calibration", file}}), HasSubstr("stops growing"));
 }
 
 TEST_F(BadInputTest, ACalibrationOfAnotherCameraIsRefusedWithBothSizes) {
-  const std::string file =
-      folder_.write("rig.textproto",
-                    "lens { width: 320 height: 240 max_angle_deg: 95\n"
-                    "  kannala_brandt { fx: 70 fy: 70 cx: 159.5 cy: 119.5 } }\n");
+  const std::string file = folder_.write("rig.textproto",
+                                         "lens { width: 320 height: 240 max_angle_deg: 95\n"
+                                         "  kannala_brandt { fx: 70 fy: 70 cx: 159.5 cy: 119.5 } }\n");
   EXPECT_THAT(refusal({.camera = camera(), .more = {"--calibration", file}}),
               AllOf(HasSubstr("1 x 320x240"), HasSubstr("2 x 160x120")));
 }

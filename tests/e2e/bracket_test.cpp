@@ -22,9 +22,7 @@ class BracketTest : public ::testing::Test {
                          {{{1, 0, 0}, 6 * kDegree, {1000, 1000, 1000}}})) {
     write_exr(folder_.path("room.exr"), room_);
   }
-  [[nodiscard]] std::string camera() const {
-    return "sim:" + folder_.path("room.exr") + "?sensor=rgb8";
-  }
+  [[nodiscard]] std::string camera() const { return "sim:" + folder_.path("room.exr") + "?sensor=rgb8"; }
 
   const PanoramaPixels room_;
   TempDir folder_;

@@ -25,11 +25,13 @@ TEST_F(BudgetTest, ThatNothingCanKeepEndsAtFastAndIsSaidOnce) {
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(5)) << daemon.process().err();
   EXPECT_EQ(observer.descriptors().back().setting, Setting::fast);
-  ASSERT_TRUE(comes_true("the probe counts what was late", [&] { return observer.counters().estimates_late_at_fast > 0; }));
+  ASSERT_TRUE(
+      comes_true("the probe counts what was late", [&] { return observer.counters().estimates_late_at_fast > 0; }));
   const Counters counters = observer.counters();
   EXPECT_EQ(counters.setting_moves, 1U);
   EXPECT_GT(counters.estimates_late, counters.estimates_late_at_fast);
-  ASSERT_TRUE(comes_true("it is said", [&] { return daemon.process().err().find("--budget-ms") != std::string::npos; }));
+  ASSERT_TRUE(
+      comes_true("it is said", [&] { return daemon.process().err().find("--budget-ms") != std::string::npos; }));
   EXPECT_TRUE(observer.gets(60));
   (void)daemon.stop();
   const std::string said = daemon.process().err();

@@ -18,8 +18,7 @@ class ClientsTest : public ::testing::Test {
   [[nodiscard]] DaemonOptions at(double frame_rate) const {
     return {.camera = "sim:" + folder_.path("room.exr"), .frame_rate = frame_rate};
   }
-  [[nodiscard]] static ::testing::AssertionResult clients_become(const Observer& observer,
-                                                                 std::uint32_t count) {
+  [[nodiscard]] static ::testing::AssertionResult clients_become(const Observer& observer, std::uint32_t count) {
     return comes_true("the probe counts " + std::to_string(count) + " clients",
                       [&] { return observer.counters().clients == count; });
   }
@@ -49,8 +48,7 @@ TEST_F(ClientsTest, AKilledClientIsForgottenAndTheOthersSeeNoGap) {
     ASSERT_TRUE(clients_become(one, 2));
   }
   // A machine that is busy may hold one of them up for a frame.
-  EXPECT_LE(missing_in_one(one, other).size() + missing_in_one(other, one).size(),
-            one.count() / 10);
+  EXPECT_LE(missing_in_one(one, other).size() + missing_in_one(other, one).size(), one.count() / 10);
   EXPECT_EQ(one.probe().stats().reconnects, 0U);
 }
 
@@ -71,8 +69,7 @@ TEST_F(ClientsTest, ASleepingClientIsCoalescedAndTheOthersSeeNoGap) {
   ASSERT_TRUE(one.gets(10));
   sleeper.signal(SIGTERM);
   EXPECT_EQ(sleeper.wait(), (Ending{0, 0})) << sleeper.err();
-  EXPECT_THAT(sleeper.out(), ::testing::Not(::testing::HasSubstr(" 0 gaps")))
-      << "the gap shows where it was made";
+  EXPECT_THAT(sleeper.out(), ::testing::Not(::testing::HasSubstr(" 0 gaps"))) << "the gap shows where it was made";
 }
 
 TEST_F(ClientsTest, AnApplicationThatIsSlowIsGivenTheNewest) {

@@ -18,16 +18,10 @@ ProbeOptions options_with(std::function<void(const Arrival&)> on_descriptor) {
 }  // namespace
 
 std::vector<std::string> daemon_command(const DaemonOptions& options) {
-  std::vector<std::string> command = {LIGHTWELLD,
-                                      "--listen",
-                                      options.listen,
-                                      "--size",
-                                      "160x120",
-                                      "--frame-rate",
-                                      std::to_string(options.frame_rate)};
+  std::vector<std::string> command = {
+      LIGHTWELLD, "--listen", options.listen, "--size", "160x120", "--frame-rate", std::to_string(options.frame_rate)};
   if (!options.camera.empty()) command.insert(command.end(), {"--camera", options.camera});
-  for (const double e : options.exposure_s)
-    command.insert(command.end(), {"--exposure-s", std::to_string(e)});
+  for (const double e : options.exposure_s) command.insert(command.end(), {"--exposure-s", std::to_string(e)});
   command.insert(command.end(), options.more.begin(), options.more.end());
   return command;
 }
@@ -61,8 +55,7 @@ Ending Daemon::stop() {
 Observer::Observer(const std::string& uri)
     : probe_(Probe::connect(uri, options_with([this](const Arrival& arrival) {
                               const std::lock_guard lock(mutex_);
-                              bytes_[arrival.descriptor.sequence].assign(arrival.bytes.begin(),
-                                                                         arrival.bytes.end());
+                              bytes_[arrival.descriptor.sequence].assign(arrival.bytes.begin(), arrival.bytes.end());
                               descriptors_.push_back(arrival.descriptor);
                             }))) {
   EXPECT_TRUE(probe_.ok()) << probe_.status().message();
@@ -94,8 +87,7 @@ std::vector<std::uint64_t> Observer::missing() const {
 
 ::testing::AssertionResult Observer::gets(std::size_t more) const {
   const std::size_t enough = count() + more;
-  return comes_true(std::to_string(more) + " more descriptors have come",
-                    [&] { return count() >= enough; });
+  return comes_true(std::to_string(more) + " more descriptors have come", [&] { return count() >= enough; });
 }
 
 }  // namespace lightwell::test

@@ -95,8 +95,9 @@ class MarkerTest : public ::testing::Test {
     return "replay:" + folder_.path("") + "?loop=0";
   }
 
-  [[nodiscard]] DaemonOptions options(std::span<const Pixels> pictures, std::vector<std::string> more = {"--estimator", "marker", "--body",
-                                                                                                       kBody}) const {
+  [[nodiscard]] DaemonOptions options(std::span<const Pixels> pictures,
+                                      std::vector<std::string> more = {"--estimator", "marker", "--body",
+                                                                       kBody}) const {
     more.insert(more.end(), {"--calibration", calibration_});
     return {.camera = camera(pictures), .more = std::move(more)};
   }
@@ -145,7 +146,8 @@ TEST_F(MarkerTest, IrradianceAgreesWithTheTruthWhereNormalsFaceTheCamera) {
     const double z = 1 - (2 * i + 1.0) / 500, r = std::sqrt(1 - z * z);
     const Vec3d normal{r * std::cos(golden * i), r * std::sin(golden * i), z};
     if (dot(normal, to_camera) < 0.5) continue;
-    const double truth = measure::true_irradiance(frame_, normal)[1], answer = light.irradiance(vec_cast<float>(normal)).value.g;
+    const double truth = measure::true_irradiance(frame_, normal)[1],
+                 answer = light.irradiance(vec_cast<float>(normal)).value.g;
     squares += truth * truth, errors += (answer - truth) * (answer - truth);
   }
   ASSERT_GT(squares, 0);
@@ -169,18 +171,21 @@ TEST_F(MarkerTest, ACoveredBodyIsAGapAndNoGuess) {
   ASSERT_TRUE(observer.gets(4)) << daemon.process().err();
   // The covered picture is the second of each round.
   for (const Descriptor& d : observer.descriptors()) EXPECT_EQ(d.sequence % 2, 0U);
-  EXPECT_TRUE(comes_true("the pictures without a body are counted", [&] { return observer.counters().estimates_failed > 0; }));
+  EXPECT_TRUE(
+      comes_true("the pictures without a body are counted", [&] { return observer.counters().estimates_failed > 0; }));
 }
 
 TEST_F(MarkerTest, WithoutItsBodyThereIsNoLightAndTheReasonIsSaidOnce) {
   Daemon daemon(options(std::vector<Pixels>{covered(seen_[0])}));
   const Observer observer(daemon.uri());
-  ASSERT_TRUE(comes_true("failures are counted", [&] { return observer.counters().estimates_failed >= 10; })) << daemon.process().err();
+  ASSERT_TRUE(comes_true("failures are counted", [&] { return observer.counters().estimates_failed >= 10; }))
+      << daemon.process().err();
   EXPECT_EQ(observer.counters().estimates, 0U);
   EXPECT_EQ(observer.count(), 0U);
   EXPECT_EQ(observer.probe().latest().validity(), Validity::none);
-  EXPECT_TRUE(comes_true("the log says why", [&] { return occurrences(daemon.process().err(), "no tag of the body '" + name_ + "'") > 0; }))
-      << daemon.process().err();
+  EXPECT_TRUE(comes_true("the log says why", [&] {
+    return occurrences(daemon.process().err(), "no tag of the body '" + name_ + "'") > 0;
+  })) << daemon.process().err();
   EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
   EXPECT_EQ(occurrences(daemon.process().err(), "no tag of the body"), 1U) << daemon.process().err();
 }
@@ -202,7 +207,8 @@ TEST_F(MarkerTest, CheckReadsTheBodyWithoutRunning) {
 }
 
 TEST_F(MarkerTest, AMarkerWithoutABodyIsToldHowToGetOne) {
-  EXPECT_THAT(refusal({"--estimator", "marker"}, 2), AllOf(HasSubstr("--body"), HasSubstr("lightwell-calibrate marker-sheet")));
+  EXPECT_THAT(refusal({"--estimator", "marker"}, 2),
+              AllOf(HasSubstr("--body"), HasSubstr("lightwell-calibrate marker-sheet")));
 }
 
 TEST_F(MarkerTest, ABodyThatIsNotThereIsNamed) {
@@ -210,8 +216,10 @@ TEST_F(MarkerTest, ABodyThatIsNotThereIsNamed) {
 }
 
 TEST_F(MarkerTest, AnUnknownFieldOfABodyIsNamedWithFileLineAndTheNearest) {
-  const std::string file = folder_.write("body.textproto", "name: \"mine\"\ntag_family: \"tag36h11\"\ntag_size: 0.024\n");
-  EXPECT_THAT(refusal({"--body", file}, 1), AllOf(HasSubstr(file + ":3"), HasSubstr("tag_size"), HasSubstr("'tag_size_m'")));
+  const std::string file =
+      folder_.write("body.textproto", "name: \"mine\"\ntag_family: \"tag36h11\"\ntag_size: 0.024\n");
+  EXPECT_THAT(refusal({"--body", file}, 1),
+              AllOf(HasSubstr(file + ":3"), HasSubstr("tag_size"), HasSubstr("'tag_size_m'")));
 }
 
 TEST_F(MarkerTest, AGreyPatchBesideAMarkerIsRefused) {
@@ -226,8 +234,8 @@ Child& run(Child& tool, int code) {
 }
 
 TEST_F(MarkerTest, TheToolReadsTheLampFromOnePicture) {
-  Child tool({LIGHTWELL_ESTIMATE, "--calibration", calibration_, "--body", kBody, "--exposure-s", std::to_string(exposure_s_),
-              write_picture("picture.png", seen_[0]), "--json", "-"});
+  Child tool({LIGHTWELL_ESTIMATE, "--calibration", calibration_, "--body", kBody, "--exposure-s",
+              std::to_string(exposure_s_), write_picture("picture.png", seen_[0]), "--json", "-"});
   google::protobuf::Struct answer;
   ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(run(tool, 0).out(), &answer).ok()) << tool.out();
   const auto& fields = answer.fields();

@@ -1,5 +1,5 @@
-// Slow, jumping, half-open and broken networks between a probe and its client: the light comes back with the link, and what
-// is old is never called fresh.
+// Slow, jumping, half-open and broken networks between a probe and its client: the light comes back with the link, and
+// what is old is never called fresh.
 #include <atomic>
 #include <chrono>
 #include <string>
@@ -21,8 +21,8 @@ using std::chrono::seconds;
 
 int port_of(const std::string& uri) { return std::stoi(uri.substr(uri.rfind(':') + 1)); }
 
-/// Asks a thousand times a second and looks at the probe's own clock, which is this machine's: nothing that is called valid
-/// may be older than the application allows.
+/// Asks a thousand times a second and looks at the probe's own clock, which is this machine's: nothing that is called
+/// valid may be older than the application allows.
 class FreshnessWatch {
  public:
   FreshnessWatch(const Probe& probe, Duration max_age)
@@ -57,7 +57,8 @@ class FreshnessWatch {
 class ImpairedLink : public ::testing::Test {
  protected:
   ImpairedLink()
-      : daemon_({.camera = "sim:" + (write_exr(folder_.path("room.exr"), room_with_lamp_at_plus_x()), folder_.path("room.exr"))}),
+      : daemon_({.camera = "sim:" + (write_exr(folder_.path("room.exr"), room_with_lamp_at_plus_x()),
+                                     folder_.path("room.exr"))}),
         proxy_(port_of(daemon_.uri())) {}
 
   [[nodiscard]] Probe connect(Duration max_age) const {

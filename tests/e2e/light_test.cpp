@@ -81,10 +81,12 @@ TEST_F(LightTest, AProbeThatWasToldWhereItHangsLightsItsRoom) {
   Daemon mounted({.camera = "sim:" + folder_.path("room.exr"), .more = {"--mounting", mounting}});
   const Observer observer(mounted.uri());
   ASSERT_TRUE(observer.gets(1));
-  EXPECT_GT(observer.probe().latest().irradiance({1, 0, 0}).value.r, 4 * observer.probe().latest().irradiance({-1, 0, 0}).value.r);
+  EXPECT_GT(observer.probe().latest().irradiance({1, 0, 0}).value.r,
+            4 * observer.probe().latest().irradiance({-1, 0, 0}).value.r);
   const Lighting room = observer.probe().latest_in_world();
   ASSERT_EQ(room.validity(), Validity::valid) << room.reason();
-  EXPECT_GT(room.irradiance({-1, 0, 0}).value.r, 4 * room.irradiance({1, 0, 0}).value.r) << "the lamp is at the room's -X";
+  EXPECT_GT(room.irradiance({-1, 0, 0}).value.r, 4 * room.irradiance({1, 0, 0}).value.r)
+      << "the lamp is at the room's -X";
   Child tool(tool_command({"info", mounted.uri(), "--json"}));
   EXPECT_EQ(tool.wait(), (Ending{0, 0})) << tool.err();
   EXPECT_THAT(tool.out(), ::testing::HasSubstr("\"position_m\":[0.5,2.5,0]"));
@@ -98,8 +100,7 @@ TEST_F(LightTest, TheEstimatorCanBeChangedWhileItRuns) {
   ASSERT_TRUE(observer.probe().set_estimator(config).ok());
   EXPECT_TRUE(comes_true("descriptors of band 1 without lights come", [&] {
     const Lighting light = observer.probe().latest();
-    return light.validity() == Validity::valid && light.descriptor().radiance.band <= 1 &&
-           light.lights().empty();
+    return light.validity() == Validity::valid && light.descriptor().radiance.band <= 1 && light.lights().empty();
   }));
 }
 
@@ -109,8 +110,8 @@ TEST_F(LightTest, ALuxReadingMakesUnitsAbsolute) {
   ASSERT_EQ(observer.probe().latest().units(), Units::relative);
   const Result<double> factor = observer.probe().report_lux(1000, {0, 1, 0});
   ASSERT_TRUE(factor.ok()) << factor.status().message();
-  ASSERT_TRUE(comes_true("absolute descriptors come",
-                         [&] { return observer.probe().latest().units() == Units::absolute; }));
+  ASSERT_TRUE(
+      comes_true("absolute descriptors come", [&] { return observer.probe().latest().units() == Units::absolute; }));
   EXPECT_NEAR(observer.probe().latest().irradiance({0, 1, 0}).value.luminance(), 1000, 5);
 }
 

@@ -8,18 +8,15 @@ constexpr int kNormals = 2048;
 constexpr int kWidth = 384;
 
 reference::Panorama refined(const PanoramaPixels& pixels) {
-  const reference::Panorama coarse{
-      pixels.width, pixels.height, {pixels.rgb.begin(), pixels.rgb.end()}};
-  const reference::M3 still = {reference::V3{1, 0, 0}, reference::V3{0, 1, 0},
-                               reference::V3{0, 0, 1}};
+  const reference::Panorama coarse{pixels.width, pixels.height, {pixels.rgb.begin(), pixels.rgb.end()}};
+  const reference::M3 still = {reference::V3{1, 0, 0}, reference::V3{0, 1, 0}, reference::V3{0, 0, 1}};
   return reference::turned(coarse, still, kWidth, kWidth / 2, 2);
 }
 
 }  // namespace
 
 LightTruth::LightTruth(const PanoramaPixels& pixels)
-    : normals_(reference::fibonacci_normals(kNormals)),
-      truth_(reference::irradiance_at(refined(pixels), normals_)) {}
+    : normals_(reference::fibonacci_normals(kNormals)), truth_(reference::irradiance_at(refined(pixels), normals_)) {}
 
 reference::IrradianceError LightTruth::error_of(const Lighting& lighting) const {
   std::vector<reference::Rgb> estimate;

@@ -26,8 +26,7 @@ class LightTruth {
 };
 
 /// The light nearest to a direction, where one is within `reach_rad`.
-[[nodiscard]] std::optional<Light> light_near(const Descriptor& descriptor, Vec3d direction,
-                                              double reach_rad);
+[[nodiscard]] std::optional<Light> light_near(const Descriptor& descriptor, Vec3d direction, double reach_rad);
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 

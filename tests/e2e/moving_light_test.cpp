@@ -58,8 +58,7 @@ TEST(MovingLight, ALampThatSwitchesComesBackUnderItsTrackNumber) {
   // So weak that what is left of it when it is off is no light; no pixel at its rim is half a lamp.
   const PanoramaPixels room = test::room(128,
                                          [](Vec3d d) {
-                                           const float l =
-                                               angle_between(d, kPlusX) < 6 * kDegree ? 40 : 0.5F;
+                                           const float l = angle_between(d, kPlusX) < 6 * kDegree ? 40 : 0.5F;
                                            return Radiance{l, l, l};
                                          },
                                          {});

@@ -42,10 +42,15 @@ class Privacy : public ::testing::Test {
   /// `more` are further arguments of lightwelld.
   [[nodiscard]] Watched watch(std::vector<std::string> more) {
     // No two pixels alike, so that a piece of any picture is known by its bytes.
-    write_exr(folder_.path("room.exr"), room(256, [](Vec3d d) {
-                const auto v = [&](double k) { return static_cast<float>(25 + 25 * std::sin(k * d.x + 2 * k * d.y + 3 * k * d.z)); };
-                return Radiance{v(37), v(51), v(83)};
-              }, {}));
+    write_exr(folder_.path("room.exr"),
+              room(256,
+                   [](Vec3d d) {
+                     const auto v = [&](double k) {
+                       return static_cast<float>(25 + 25 * std::sin(k * d.x + 2 * k * d.y + 3 * k * d.z));
+                     };
+                     return Radiance{v(37), v(51), v(83)};
+                   },
+                   {}));
     more.insert(more.end(), {"--record", folder_.path("frames.lwr")});
     Watched out;
     {

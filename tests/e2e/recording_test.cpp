@@ -19,9 +19,7 @@ using ::testing::HasSubstr;
 class RecordingTest : public ::testing::Test {
  protected:
   RecordingTest() { write_exr(folder_.path("room.exr"), room_with_lamp_at_plus_x()); }
-  [[nodiscard]] std::string camera(const std::string& query) const {
-    return "sim:" + folder_.path("room.exr") + query;
-  }
+  [[nodiscard]] std::string camera(const std::string& query) const { return "sim:" + folder_.path("room.exr") + query; }
 
   /// Compares what both saw of the same captures; how many those were.
   static std::size_t compare(const std::vector<Descriptor>& a, const std::vector<Descriptor>& b) {
@@ -71,10 +69,8 @@ TEST_F(RecordingTest, ReplayedFramesGiveTheSameDescriptors) {
 }
 
 TEST_F(RecordingTest, ReplayedBracketsGiveTheSameDescriptors) {
-  records_and_replays({.camera = camera("?turn=30deg/s&sensor=rgb8"),
-                       .frame_rate = 60,
-                       .exposure_s = {0.00002, 0.0005, 0.01}},
-                      40);
+  records_and_replays(
+      {.camera = camera("?turn=30deg/s&sensor=rgb8"), .frame_rate = 60, .exposure_s = {0.00002, 0.0005, 0.01}}, 40);
 }
 
 TEST_F(RecordingTest, ReplayedIdealFramesGiveTheSameDescriptors) {
@@ -87,8 +83,7 @@ TEST_F(RecordingTest, AFullDiskEndsTheRecordingAndNotTheProbe) {
   options.child.largest_file_bytes = 1'000'000;  // About eight frames.
   Daemon daemon(options);
   const Observer observer(daemon.uri());
-  ASSERT_TRUE(
-      comes_true("the fault is counted", [&] { return observer.counters().recording_faults > 0; }));
+  ASSERT_TRUE(comes_true("the fault is counted", [&] { return observer.counters().recording_faults > 0; }));
   ASSERT_TRUE(observer.gets(40)) << "the probe goes on";
   EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
   const std::string said = daemon.process().err();
@@ -145,8 +140,7 @@ TEST_F(RecordingTest, TheToolKeepsDescriptorsByteForByte) {
 TEST_F(RecordingTest, ARecordingOfDescriptorsIsNoCamera) {
   const std::string file = folder_.path("evening.lwr");
   {
-    Result<RecordWriter> writer =
-        RecordWriter::open(file, {RecordingKind::descriptors, "attic", "0.1.0", {}});
+    Result<RecordWriter> writer = RecordWriter::open(file, {RecordingKind::descriptors, "attic", "0.1.0", {}});
     ASSERT_TRUE(writer.ok());
     ASSERT_TRUE(writer->flush().ok());
   }

@@ -41,8 +41,8 @@ TEST_F(StopTest, ASignalWhileItIsStillRenderingEndsIt) {
   // More frames than two seconds are enough for.
   Daemon daemon({.camera = camera() + "?turn=1deg/s&ring=2000&sensor=rgb8"});
   Child& child = daemon.process();
-  ASSERT_TRUE(comes_true("it says how far the rendering is",
-                         [&] { return occurrences(child.err(), "rendering ahead") > 0; }));
+  ASSERT_TRUE(
+      comes_true("it says how far the rendering is", [&] { return occurrences(child.err(), "rendering ahead") > 0; }));
   child.signal(SIGTERM);
   EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
   EXPECT_EQ(child.out(), "") << "it never came to listen";
@@ -54,8 +54,7 @@ TEST_F(StopTest, NeitherAClientNorAStalledOneHoldsItUp) {
   Child stalled(tool_command({"watch", daemon.uri()}));
   ASSERT_TRUE(comes_true("both are clients", [&] { return observer.counters().clients >= 2; }));
   stalled.signal(SIGSTOP);
-  ASSERT_TRUE(comes_true("the stalled one is behind",
-                         [&] { return observer.counters().descriptors_coalesced > 0; }));
+  ASSERT_TRUE(comes_true("the stalled one is behind", [&] { return observer.counters().descriptors_coalesced > 0; }));
   EXPECT_EQ(daemon.stop(), (Ending{0, 0})) << daemon.process().err();
   EXPECT_TRUE(comes_true("the client notices that the probe has gone",
                          [&] { return observer.probe().stats().state != LinkState::connected; }));
@@ -83,8 +82,7 @@ class ServiceManager {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0)
-        << std::strerror(errno);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0) << std::strerror(errno);
   }
   ServiceManager(const ServiceManager&) = delete;
   ServiceManager& operator=(const ServiceManager&) = delete;
@@ -110,8 +108,7 @@ TEST_F(StopTest, TheServiceManagerHearsReadyStatusWatchdogAndStopping) {
   ServiceManager manager(path);
   Daemon daemon({.camera = camera(), .child = {.environment = {"NOTIFY_SOCKET=" + path}}});
   const std::string uri = daemon.uri();
-  ASSERT_TRUE(comes_true("READY=1 is said",
-                         [&] { return manager.heard().find("READY=1") != std::string::npos; }));
+  ASSERT_TRUE(comes_true("READY=1 is said", [&] { return manager.heard().find("READY=1") != std::string::npos; }));
   EXPECT_TRUE(Probe::connect(uri).ok()) << "ready means that clients may come";
   EXPECT_TRUE(comes_true("a status with its counters is said",
                          [&] { return manager.heard().find(" estimates") != std::string::npos; }));

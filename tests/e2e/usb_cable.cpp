@@ -14,7 +14,9 @@ using core::UsbEvent;
 /// Where a frame's header says what it is.
 constexpr std::size_t kKindAt = 5;
 
-bool is_descriptor(std::span<const std::byte> frame) { return frame.size() > kKindAt && frame[kKindAt] == std::byte{1}; }
+bool is_descriptor(std::span<const std::byte> frame) {
+  return frame.size() > kKindAt && frame[kKindAt] == std::byte{1};
+}
 
 }  // namespace
 
@@ -289,7 +291,8 @@ bool UsbCable::harmed(std::vector<std::byte>& bytes) {
     bytes[at] ^= static_cast<std::byte>(1U << random_() % 8);
   } else {
     const std::size_t length = 1 + random_() % (bytes.size() - 1 - at);
-    bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.begin() + static_cast<std::ptrdiff_t>(at + length));
+    bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                bytes.begin() + static_cast<std::ptrdiff_t>(at + length));
   }
   return true;
 }

@@ -1,5 +1,5 @@
-// A USB cable in memory: the probe's GadgetPort at one end, the host's UsbTransport at the other, and a hand that pulls,
-// resets, stalls and damages. It knows of every transfer what became of it.
+// A USB cable in memory: the probe's GadgetPort at one end, the host's UsbTransport at the other, and a hand that
+// pulls, resets, stalls and damages. It knows of every transfer what became of it.
 #pragma once
 
 #include <condition_variable>
@@ -18,9 +18,9 @@ namespace lightwell::test {
 /// What became of the transfers in one direction, each one frame.
 struct Carried {
   std::uint64_t begun = 0;
-  std::uint64_t whole = 0;    ///< Reached the other end as they were.
-  std::uint64_t dropped = 0;  ///< In flight when the stream broke.
-  std::uint64_t damaged = 0;  ///< Reached it with bits flipped or a piece missing.
+  std::uint64_t whole = 0;                                         ///< Reached the other end as they were.
+  std::uint64_t dropped = 0;                                       ///< In flight when the stream broke.
+  std::uint64_t damaged = 0;                                       ///< Reached it with bits flipped or a piece missing.
   std::uint64_t descriptors_dropped = 0, descriptors_damaged = 0;  ///< Of these.
 };
 

@@ -1,6 +1,4 @@
 // The probe's real USB link and the host's real one, joined by a cable that a test pulls, resets, stalls and damages.
-#include <unistd.h>
-
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -8,6 +6,7 @@
 #include <random>
 #include <set>
 #include <thread>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -101,7 +100,8 @@ class Usb {
       publish();
       std::this_thread::sleep_for(milliseconds(2));
       const std::uint64_t last = published;
-      return comes_true("", [&] { return newest_arrived == last; }, milliseconds(50));
+      return comes_true(
+          "", [&] { return newest_arrived == last; }, milliseconds(50));
     });
   }
 
@@ -236,8 +236,12 @@ TEST(Usb, TenThousandPullsResetsAndStallsLoseNothingButWhatWasInFlight) {
         usb.cable.reset();
         ++breaks;
         break;
-      case 5: usb.cable.stall_to_host(); break;
-      case 6: usb.cable.stall_to_probe(); break;
+      case 5:
+        usb.cable.stall_to_host();
+        break;
+      case 6:
+        usb.cable.stall_to_probe();
+        break;
       case 7:
         usb.cable.suspend();
         std::this_thread::sleep_for(microseconds(random() % 500));
@@ -264,11 +268,12 @@ TEST(Usb, TenThousandPullsResetsAndStallsLoseNothingButWhatWasInFlight) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_LE(late.kilobytes, early.kilobytes + 1024);
 #endif
-  std::printf("%d events, %llu of them broke the stream, %llu times opened; %llu frames sent, %llu lost in flight, "
-              "%llu descriptors arrived; resident %ld kB, then %ld kB\n",
-              kEvents, static_cast<unsigned long long>(breaks), static_cast<unsigned long long>(usb.cable.opened()),
-              static_cast<unsigned long long>(to_host.begun), static_cast<unsigned long long>(to_host.dropped),
-              static_cast<unsigned long long>(usb.intake->stats().received), early.kilobytes, late.kilobytes);
+  std::printf(
+      "%d events, %llu of them broke the stream, %llu times opened; %llu frames sent, %llu lost in flight, "
+      "%llu descriptors arrived; resident %ld kB, then %ld kB\n",
+      kEvents, static_cast<unsigned long long>(breaks), static_cast<unsigned long long>(usb.cable.opened()),
+      static_cast<unsigned long long>(to_host.begun), static_cast<unsigned long long>(to_host.dropped),
+      static_cast<unsigned long long>(usb.intake->stats().received), early.kilobytes, late.kilobytes);
 }
 
 TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
@@ -277,8 +282,8 @@ TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
   ASSERT_TRUE(usb.settles());
   usb.cable.damage(200);
   usb.start_publishing(microseconds(200));
-  ASSERT_TRUE(comes_true("five thousand frames were sent", [&] { return usb.cable.to_host().begun > 5000; },
-                         milliseconds(120'000)));
+  ASSERT_TRUE(comes_true(
+      "five thousand frames were sent", [&] { return usb.cable.to_host().begun > 5000; }, milliseconds(120'000)));
   usb.cable.damage(0);
   ASSERT_TRUE(usb.news_come("the damage"));
   ASSERT_TRUE(usb.settles());
@@ -286,7 +291,8 @@ TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
   const Carried to_host = usb.cable.to_host();
   EXPECT_GT(to_host.damaged, 800U);
   EXPECT_EQ(to_host.dropped, 0U);
-  EXPECT_GE(usb.intake->stats().frames_refused, to_host.damaged / 3) << "damage that began with the first byte is no frame";
+  EXPECT_GE(usb.intake->stats().frames_refused, to_host.damaged / 3)
+      << "damage that began with the first byte is no frame";
   EXPECT_EQ(usb.intake->stats().reconnects, 0U) << "damage is no reason to leave";
 }
 

@@ -5,9 +5,23 @@ import subprocess
 
 from figure_topics.rows import at_least, at_most, equals, reported
 
-TARGETS = ["measure_geometry", "measure_models", "measure_photometry", "measure_converters", "calibrate_geometry_test", "mounting_test", "tag_detector_test",
-           "calibration_test", "geometry_test", "v4l2_test", "v4l2_conformance_test", "v4l2_device_test", "libcamera_values_test",
-           "libcamera_backend_test", "libcamera_system_test"]
+TARGETS = [
+    "measure_geometry",
+    "measure_models",
+    "measure_photometry",
+    "measure_converters",
+    "calibrate_geometry_test",
+    "mounting_test",
+    "tag_detector_test",
+    "calibration_test",
+    "geometry_test",
+    "v4l2_test",
+    "v4l2_conformance_test",
+    "v4l2_device_test",
+    "libcamera_values_test",
+    "libcamera_backend_test",
+    "libcamera_system_test",
+]
 
 SIGHTINGS = "simulated sightings, 40 pictures, 0.2 px, 100 seeds"
 LENSES = "published intrinsics beyond 180 deg"
@@ -16,8 +30,16 @@ SENSOR = "simulated sensor, 100 seeds"
 # Google Test programs whose tests are promises of their own, and what is real in them.
 PROGRAMS = [
     ("calibration_test", "tests/firmware/calibration", "models, derivatives against small steps; " + LENSES),
-    ("geometry_test", "tests/firmware/calibration", "simulated sightings: kinds of lenses, pairs, time offset, degenerate input"),
-    ("calibrate_geometry_test", "tests/firmware/tools", "rendered pictures, real AprilTag, from files to a lamp's direction"),
+    (
+        "geometry_test",
+        "tests/firmware/calibration",
+        "simulated sightings: kinds of lenses, pairs, time offset, degenerate input",
+    ),
+    (
+        "calibrate_geometry_test",
+        "tests/firmware/tools",
+        "rendered pictures, real AprilTag, from files to a lamp's direction",
+    ),
     ("tag_detector_test", "tests/firmware/pose", "rendered pictures, real AprilTag"),
     ("mounting_test", "tests/firmware/pose", "rendered pictures and sightings, 100 seeds"),
     ("v4l2_test", "tests/firmware/camera", "values alone; real libjpeg-turbo"),
@@ -44,9 +66,33 @@ def geometry(programs, say):
         get = lambda figure: values.get(f"geometry.{kind}.{figure}")
         name = kind.replace("_", " ")
         rows.append(equals(f"{name}: calibrations that failed", 0, get("failed"), "", SIGHTINGS))
-        rows.append(at_most(f"{name}: directions, RMS over the lens up to its edge, median", 0.05, get("direction_deg.median"), "deg", SIGHTINGS))
-        rows.append(at_most(f"{name}: directions, RMS over the lens up to its edge, largest", 0.05, get("direction_deg.largest"), "deg", SIGHTINGS))
-        rows.append(at_least(f"{name}: truth within 3 sigma, of the number that is so least often", 0.95, get("within_3_sigma.least"), "", SIGHTINGS))
+        rows.append(
+            at_most(
+                f"{name}: directions, RMS over the lens up to its edge, median",
+                0.05,
+                get("direction_deg.median"),
+                "deg",
+                SIGHTINGS,
+            )
+        )
+        rows.append(
+            at_most(
+                f"{name}: directions, RMS over the lens up to its edge, largest",
+                0.05,
+                get("direction_deg.largest"),
+                "deg",
+                SIGHTINGS,
+            )
+        )
+        rows.append(
+            at_least(
+                f"{name}: truth within 3 sigma, of the number that is so least often",
+                0.95,
+                get("within_3_sigma.least"),
+                "",
+                SIGHTINGS,
+            )
+        )
         if kind == "kannala_brandt":
             rows.append(at_most(f"{name}: focal length, median", 0.1, percent(get("focal.median")), "%", SIGHTINGS))
             rows.append(at_most(f"{name}: focal length, largest", 0.1, percent(get("focal.largest")), "%", SIGHTINGS))
@@ -58,7 +104,15 @@ def geometry(programs, say):
     rows.append(equals("pair: calibrations that failed", 0, pair("failed"), "", real))
     rows.append(at_most("pair: T_lens1_lens0, turn, largest", 0.1, pair("turn_deg.largest"), "deg", real))
     rows.append(at_most("pair: T_lens1_lens0, translation, largest", 1, pair("shift_mm.largest"), "mm", real))
-    rows.append(at_least("pair: truth within 3 sigma, of the number that is so least often", 0.95, pair("within_3_sigma.least"), "", real))
+    rows.append(
+        at_least(
+            "pair: truth within 3 sigma, of the number that is so least often",
+            0.95,
+            pair("within_3_sigma.least"),
+            "",
+            real,
+        )
+    )
     return rows
 
 
@@ -121,12 +175,33 @@ def programs_pass(build, say):
             environment["LD_PRELOAD"] = "libumockdev-preload.so.0"
         say(name)
         if program.exists():
-            subprocess.run([program, f"--gtest_output=json:{report}"], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            subprocess.run(
+                [program, f"--gtest_output=json:{report}"],
+                env=environment,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
         counts = json.loads(report.read_text()) if report.exists() else None
-        rows.append(equals(f"{name}: tests that failed", 0, None if counts is None else counts["failures"] + counts["errors"], "", real))
-        rows.append(reported(f"{name}: tests that ran", None if counts is None else counts["tests"] - skipped(counts), "", real))
+        rows.append(
+            equals(
+                f"{name}: tests that failed",
+                0,
+                None if counts is None else counts["failures"] + counts["errors"],
+                "",
+                real,
+            )
+        )
+        rows.append(
+            reported(f"{name}: tests that ran", None if counts is None else counts["tests"] - skipped(counts), "", real)
+        )
     return rows
 
 
 def measure(programs, say):
-    return geometry(programs, say) + models(programs, say) + photometry(programs, say) + converters(programs, say) + programs_pass(programs.parent, say)
+    return (
+        geometry(programs, say)
+        + models(programs, say)
+        + photometry(programs, say)
+        + converters(programs, say)
+        + programs_pass(programs.parent, say)
+    )

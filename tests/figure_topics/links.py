@@ -51,7 +51,9 @@ PROCESSES = "real daemon, gRPC on loopback, clients in another process; simulate
 def lines_of(command, say):
     say(" ".join(str(getattr(c, "name", c)) for c in command))
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
-    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")] if done.returncode == 0 else []
+    return (
+        [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")] if done.returncode == 0 else []
+    )
 
 
 def by_figure(items):
@@ -79,17 +81,54 @@ def latency(programs, say):
     rows = []
     with Probe(programs, "sim:city", "--frame-rate", "60") as probe:
         one = lines_of([programs / "measure_latency", probe.address, "--seconds", "4", "--repeats", "5"], say)
-        many = lines_of([programs / "measure_latency", probe.address, "--clients", "80", "--stalled", "20", "--seconds", "6",
-                         "--repeats", "5"], say)
+        many = lines_of(
+            [
+                programs / "measure_latency",
+                probe.address,
+                "--clients",
+                "80",
+                "--stalled",
+                "20",
+                "--seconds",
+                "6",
+                "--repeats",
+                "5",
+            ],
+            say,
+        )
     best = lambda runs, key: min((run[key] for run in runs), default=None)
     speed = lambda runs: f"{PROCESSES}; best of five, memcpy {runs[0]['memcpy_gb_per_s']} GB/s" if runs else PROCESSES
     rows.append(at_most("publisher to latest(), one client, p50", 0.5, best(one, "p50"), "ms", speed(one)))
     rows.append(at_most("publisher to latest(), one client, p99", 3, best(one, "p99"), "ms", speed(one)))
-    rows.append(at_most("publisher to latest(), 100 clients of which 20 never read, p99 over all that read", 10, best(many, "p99"), "ms", speed(many)))
-    rows.append(at_least("descriptors coalesced for those that never read, least of five runs", 1, best(many, "coalesced"), "", PROCESSES))
+    rows.append(
+        at_most(
+            "publisher to latest(), 100 clients of which 20 never read, p99 over all that read",
+            10,
+            best(many, "p99"),
+            "ms",
+            speed(many),
+        )
+    )
+    rows.append(
+        at_least(
+            "descriptors coalesced for those that never read, least of five runs",
+            1,
+            best(many, "coalesced"),
+            "",
+            PROCESSES,
+        )
+    )
     rows.append(equals("captures that the probe lost beside them, over all runs", 0,
                        sum(run["captures_dropped"] for run in many) if many else None, "", PROCESSES))
-    rows.append(equals("gaps of the clients that read, over all runs", 0, sum(run["gaps"] for run in many) if many else None, "", PROCESSES))
+    rows.append(
+        equals(
+            "gaps of the clients that read, over all runs",
+            0,
+            sum(run["gaps"] for run in many) if many else None,
+            "",
+            PROCESSES,
+        )
+    )
     return rows
 
 
@@ -98,8 +137,11 @@ def recovery(programs, say):
         figures = by_figure(lines_of([programs / "measure_recovery", probe.address], say))
     real = "real daemon and client, impairing proxy of the tests' own"
     value = lambda figure: figures.get(figure, {}).get("value")
-    names = {"cut.10": "light back after a cut of 10 s, largest of three", "held.10": "light back after 10 s of silence, half open, largest of three",
-             "delayed": "light fresh after 200 ms of delay and jitter ended"}
+    names = {
+        "cut.10": "light back after a cut of 10 s, largest of three",
+        "held.10": "light back after 10 s of silence, half open, largest of three",
+        "delayed": "light fresh after 200 ms of delay and jitter ended",
+    }
     rows = [at_most(name, 1, value(figure), "s", real) for figure, name in names.items()]
     rows.append(equals("answers called valid that were older than max_age", 0,
                        sum(item["lies"] for item in figures.values()) if figures else None, "", real))
@@ -111,17 +153,37 @@ def day(programs, say):
     real = "real publisher, gRPC and clients in one process; 24 h of descriptors at 30 a second, time compressed"
     get = figures.get
     grown = lambda what: None if get(f"{what}.settled") is None else get(f"{what}.last") - get(f"{what}.settled")
-    return [equals("descriptors of a day", 24 * 3600 * 30, get("published"), "", real),
-            # The allocator's pools fill ever more slowly (over 60 hours 1.2 MB, half of it in the first nine). Every thousandth
-            # descriptor kept would be 600 kB in half a day.
-            at_most("memory after a day, over that at noon", 600, None if get("rss_kb.half") is None else get("rss_kb.last") - get("rss_kb.half"), "kB", real),
-            reported("memory after a day, over the largest of the first three hours", grown("rss_kb"), "kB", real),
-            at_most("file handles after a day, over those of the first three hours", 0, grown("fds"), "", real),
-            at_most("threads after a day, over those of the first three hours, without gRPC's pools", 0, grown("threads"), "", real),
-            # gRPC starts them when work comes together, be it after hours; its executors have at most two a core.
-            at_most("threads of the largest of gRPC's pools, at any look", get("pool_threads.bound", 0), get("pool_threads.most"), "", real),
-            equals("reconnects of the client that stays", 0, get("reconnects"), "", real),
-            reported("descriptors that it received", get("received"), "", real)]
+    return [
+        equals("descriptors of a day", 24 * 3600 * 30, get("published"), "", real),
+        # The allocator's pools fill ever more slowly (over 60 hours 1.2 MB, half of it in the first nine). Every
+        # thousandth descriptor kept would be 600 kB in half a day.
+        at_most(
+            "memory after a day, over that at noon",
+            600,
+            None if get("rss_kb.half") is None else get("rss_kb.last") - get("rss_kb.half"),
+            "kB",
+            real,
+        ),
+        reported("memory after a day, over the largest of the first three hours", grown("rss_kb"), "kB", real),
+        at_most("file handles after a day, over those of the first three hours", 0, grown("fds"), "", real),
+        at_most(
+            "threads after a day, over those of the first three hours, without gRPC's pools",
+            0,
+            grown("threads"),
+            "",
+            real,
+        ),
+        # gRPC starts them when work comes together, be it after hours; its executors have at most two a core.
+        at_most(
+            "threads of the largest of gRPC's pools, at any look",
+            get("pool_threads.bound", 0),
+            get("pool_threads.most"),
+            "",
+            real,
+        ),
+        equals("reconnects of the client that stays", 0, get("reconnects"), "", real),
+        reported("descriptors that it received", get("received"), "", real),
+    ]
 
 
 def venue(programs, say):
@@ -135,7 +197,12 @@ def venue(programs, say):
             reported("MQTT, 1,000 subscribers: p50 at the knee", get("knee_p50_ms"), "ms", real),
             reported("MQTT, 1,000 subscribers: p99 at the knee", get("knee_p99_ms"), "ms", real)]
     steps = [k.split(".")[2] for k in figures if k.endswith(".p99_ms")]
-    rows += [reported(f"MQTT, 1,000 subscribers, {step.replace('_', ' ')} descriptors/s: p99", get(f"{step}.p99_ms"), "ms", real) for step in steps]
+    rows += [
+        reported(
+            f"MQTT, 1,000 subscribers, {step.replace('_', ' ')} descriptors/s: p99", get(f"{step}.p99_ms"), "ms", real
+        )
+        for step in steps
+    ]
     return rows
 
 
@@ -144,8 +211,15 @@ def trade(programs, say):
     picture.parent.mkdir(exist_ok=True)
     items = lines_of([programs / "measure_trade", picture], say)
     real = f"eight real panoramas, ideal camera, over the wire; {picture}"
-    return [reported(f"{item['figure']}: {item['bytes_per_s']:.0f} B/s, {item['irradiance_ns']:.0f} ns, silver ball {item['silver_percent']:.1f} %",
-                     item["irradiance_percent"], "% irradiance error", real) for item in items] or [reported("trade", None, "", real)]
+    return [
+        reported(
+            f"{item['figure']}: {item['bytes_per_s']:.0f} B/s, {item['irradiance_ns']:.0f} ns, silver ball {item['silver_percent']:.1f} %",
+            item["irradiance_percent"],
+            "% irradiance error",
+            real,
+        )
+        for item in items
+    ] or [reported("trade", None, "", real)]
 
 
 def tests_pass(build, say):
@@ -154,8 +228,11 @@ def tests_pass(build, say):
     with tempfile.TemporaryDirectory() as folder:
         report = pathlib.Path(folder) / "junit.xml"
         names = "|".join(f"^{name}$" for name, _ in TESTS)
-        subprocess.run(["ctest", "--test-dir", build, "-R", names, "-j2", "--output-junit", report], stdout=subprocess.DEVNULL,
-                       stderr=subprocess.DEVNULL)
+        subprocess.run(
+            ["ctest", "--test-dir", build, "-R", names, "-j2", "--output-junit", report],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         status = {}
         if report.exists():
             for case in xml.etree.ElementTree.parse(report).getroot().iter("testcase"):
@@ -164,5 +241,12 @@ def tests_pass(build, say):
 
 
 def measure(programs, say):
-    return (queries(programs, say) + latency(programs, say) + recovery(programs, say) + day(programs, say) + venue(programs, say)
-            + trade(programs, say) + tests_pass(programs.parent, say))
+    return (
+        queries(programs, say)
+        + latency(programs, say)
+        + recovery(programs, say)
+        + day(programs, say)
+        + venue(programs, say)
+        + trade(programs, say)
+        + tests_pass(programs.parent, say)
+    )

@@ -3,6 +3,7 @@
 The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees above the board at 61 cm, path-traced; ten noisy
 8-bit frames of each picture. Errors are of the direction from the body's centre.
 """
+
 import json
 import os
 import subprocess
@@ -11,11 +12,23 @@ from concurrent.futures import ThreadPoolExecutor
 
 from figure_topics.rows import at_least, at_most, equals, known, reported, row
 
-TARGETS = ["measure_marker", "measure_marker_extremes", "measure_marker_light", "measure_marker_speed", "measure_marker_trade",
-           "lightwell-eval"]
+TARGETS = [
+    "measure_marker",
+    "measure_marker_extremes",
+    "measure_marker_light",
+    "measure_marker_speed",
+    "measure_marker_trade",
+    "lightwell-eval",
+]
 
 ENCODINGS = {"srgb": "sRGB", "linear": "linear"}
-PLACES = {"front": "in front", "front_right": "front right", "right": "right", "back_right": "back right", "behind": "behind"}
+PLACES = {
+    "front": "in front",
+    "front_right": "front right",
+    "right": "right",
+    "back_right": "back right",
+    "behind": "behind",
+}
 # Two visible faces or more are lit: the faces tell.
 LIT = ("front", "front_right", "right")
 LIT_MEAN_DEG, LIT_WORST_DEG = 3, 8
@@ -34,7 +47,9 @@ SEEDS = {"seed_letter": "its perspective matrix to the letter, best fixed thresh
 REAL = "Mitsuba's pictures, simulated 8-bit sensor, {encoding}; real AprilTag"
 
 # Why all of these are flagged.
-OPEN = "what these faces leave open, whoever looks at them: tests/reference/mitsuba/marker/what_faces_tell.py --direction"
+OPEN = (
+    "what these faces leave open, whoever looks at them: tests/reference/mitsuba/marker/what_faces_tell.py --direction"
+)
 
 
 def lines_of(command, say):
@@ -70,7 +85,14 @@ def right_or_flagged(name, limit, item, real):
     if share_flagged(item) == 100:
         return row(name, f"flagged, or <= {limit:g}", "all flagged", "deg", True, real)
     worst = item["value"]
-    return row(name, f"flagged, or <= {limit:g}", worst if known(worst) else "not measured", "deg", known(worst) and worst <= limit, real)
+    return row(
+        name,
+        f"flagged, or <= {limit:g}",
+        worst if known(worst) else "not measured",
+        "deg",
+        known(worst) and worst <= limit,
+        real,
+    )
 
 
 def grid_of_ours(figures):
@@ -81,14 +103,25 @@ def grid_of_ours(figures):
         for place in LIT:
             mean, worst = get(f"grid.{place}.mean"), get(f"grid.{place}.worst")
             name = f"lamp {PLACES[place]}, {encoding_name}"
-            rows.append(unless_flagged(at_most(f"{name}: direction, mean", LIT_MEAN_DEG, mean.get("value"), "deg", real), mean))
-            rows.append(unless_flagged(at_most(f"{name}: direction, worst frame", LIT_WORST_DEG, worst.get("value"), "deg", real), worst))
+            rows.append(
+                unless_flagged(at_most(f"{name}: direction, mean", LIT_MEAN_DEG, mean.get("value"), "deg", real), mean)
+            )
+            rows.append(
+                unless_flagged(
+                    at_most(f"{name}: direction, worst frame", LIT_WORST_DEG, worst.get("value"), "deg", real), worst
+                )
+            )
             rows.append(at_most(f"{name}: frames that are flagged", MOST_FLAGGED, share_flagged(mean), "%", real))
         for group, where in GROUPS.items():
             for place in BACK:
                 worst = get(f"{group}.{place}.worst")
                 name = f"lamp {PLACES[place]}, shadow in view{where}, {encoding_name}"
-                rows.append(unless_flagged(at_most(f"{name}: direction, worst frame", BACK_WORST_DEG, worst.get("value"), "deg", real), worst))
+                rows.append(
+                    unless_flagged(
+                        at_most(f"{name}: direction, worst frame", BACK_WORST_DEG, worst.get("value"), "deg", real),
+                        worst,
+                    )
+                )
                 rows.append(at_most(f"{name}: frames that are flagged", MOST_FLAGGED, share_flagged(worst), "%", real))
         for place in BACK:
             worst = get(f"air.{place}.worst")
@@ -116,10 +149,23 @@ def grid_of_seed(figures):
                 mean = get(f"{group}.{place}.mean").get("value")
                 rows.append(reported(f"{name}, lamp {PLACES[place]}, {where}: direction, mean", mean, "deg", real))
         for view in VIEWS:
-            rows.append(reported(f"{name}, {view.replace('.', ' body, ')}: direction, mean", get(f"grid.{view}.mean").get("value"), "deg",
-                                 real, thesis(view)))
-        rows.append(reported(f"{name}: direction, mean of all", get("grid.mean").get("value"), "deg", real, thesis("mean")))
-        rows.append(reported(f"{name}: direction, median of all", get("grid.median").get("value"), "deg", real, thesis("median")))
+            rows.append(
+                reported(
+                    f"{name}, {view.replace('.', ' body, ')}: direction, mean",
+                    get(f"grid.{view}.mean").get("value"),
+                    "deg",
+                    real,
+                    thesis(view),
+                )
+            )
+        rows.append(
+            reported(f"{name}: direction, mean of all", get("grid.mean").get("value"), "deg", real, thesis("mean"))
+        )
+        rows.append(
+            reported(
+                f"{name}: direction, median of all", get("grid.median").get("value"), "deg", real, thesis("median")
+            )
+        )
         rows.append(reported(f"{name}: frames without an answer", share_flagged(get("grid.mean")), "%", real))
         for column, what in SEEDS.items():
             value = figures.get(f"{column}.{encoding}.grid.mean", {}).get("value")
@@ -140,15 +186,59 @@ def light(items):
 
     two = [i for i in of_group("two") if i.get("found", 0) >= 1]
     lamps = [lamp for i in two for lamp in i["lamps"]]
-    rows.append(at_most("two lamps 60 to 120 degrees apart: direction of either, worst", 8, largest([x["error_deg"] for x in lamps]), "deg", real))
-    rows.append(at_most("two lamps: colour (channels' shares) of either, worst", 10, largest([100 * x["color"] for x in lamps]), "%", real))
-    rows.append(reported("two lamps: irradiance of either, worst", largest([100 * abs(x["irradiance"]) for x in lamps]), "%", real))
-    rows.append(equals("two lamps: frames in which exactly two are found", len(of_group("two")), sum(i["found"] == 2 for i in two), "frames", real))
+    rows.append(
+        at_most(
+            "two lamps 60 to 120 degrees apart: direction of either, worst",
+            8,
+            largest([x["error_deg"] for x in lamps]),
+            "deg",
+            real,
+        )
+    )
+    rows.append(
+        at_most(
+            "two lamps: colour (channels' shares) of either, worst",
+            10,
+            largest([100 * x["color"] for x in lamps]),
+            "%",
+            real,
+        )
+    )
+    rows.append(
+        reported(
+            "two lamps: irradiance of either, worst", largest([100 * abs(x["irradiance"]) for x in lamps]), "%", real
+        )
+    )
+    rows.append(
+        equals(
+            "two lamps: frames in which exactly two are found",
+            len(of_group("two")),
+            sum(i["found"] == 2 for i in two),
+            "frames",
+            real,
+        )
+    )
     flagged("two lamps", of_group("two"))
     near = of_group("near")
     first = [i["lamps"][0] for i in near if i.get("lamps")]
-    rows.append(equals("near lamp (30 cm): frames in which it is near", len(near), sum("position" in x for x in first), "frames", real))
-    rows.append(at_most("near lamp: position, worst", 10, largest([100 * x["position"] for x in first if "position" in x]), "% of 30 cm", real))
+    rows.append(
+        equals(
+            "near lamp (30 cm): frames in which it is near",
+            len(near),
+            sum("position" in x for x in first),
+            "frames",
+            real,
+        )
+    )
+    rows.append(
+        at_most(
+            "near lamp: position, worst",
+            10,
+            largest([100 * x["position"] for x in first if "position" in x]),
+            "% of 30 cm",
+            real,
+        )
+    )
     flagged("near lamp", near)
     far = [i["lamps"][0] for i in of_group("far") if i.get("lamps")]
     rows.append(reported("lamp at 5 m: direction, worst", largest([x["error_deg"] for x in far]), "deg", real))
@@ -157,9 +247,25 @@ def light(items):
         told = [i["error_deg"] for i in of if not i["unsure"] and "error_deg" in i]
         share = f"{100 * of[0]['strongest_share']:.0f} % of what faces it, {of[0]['faces_lit']} seen faces lit"
         if of[0]["faces_lit"] >= 2:
-            rows.append(row(f"{name}: direction of the strongest light, worst", "<= 6", max(told) if told else "all flagged", "deg",
-                            bool(told) and len(told) == len(of) and max(told) <= 6, f"{real}; {share}; {OPEN}"))
-        rows.append(equals(f"{name}: confident and further off than 6 deg", 0, sum(e > 6 for e in told), "frames", f"{real}; {share}"))
+            rows.append(
+                row(
+                    f"{name}: direction of the strongest light, worst",
+                    "<= 6",
+                    max(told) if told else "all flagged",
+                    "deg",
+                    bool(told) and len(told) == len(of) and max(told) <= 6,
+                    f"{real}; {share}; {OPEN}",
+                )
+            )
+        rows.append(
+            equals(
+                f"{name}: confident and further off than 6 deg",
+                0,
+                sum(e > 6 for e in told),
+                "frames",
+                f"{real}; {share}",
+            )
+        )
         rows.append(at_most(f"{name}: irradiance over normals within 60 degrees of the camera, RMS", 10,
                             largest([100 * i["irradiance_rms"] for i in of if "irradiance_rms" in i]), "%", real))
     lit = [i for i in items if i["group"] != "room" and "deviations2" in i]
@@ -168,7 +274,9 @@ def light(items):
     rows.append(at_least("errors within 3 sigma, all frames with lamps", 95, within, "%", real))
     sure = [i for i in items if not i["unsure"] and "deviations2" in i]
     within = 100 * sum(i["deviations2"] < 11.83 for i in sure) / len(sure) if sure else None
-    rows.append(at_least("errors within 3 sigma, all frames that are not flagged, rooms included", 95, within, "%", real))
+    rows.append(
+        at_least("errors within 3 sigma, all frames that are not flagged, rooms included", 95, within, "%", real)
+    )
     return rows
 
 
@@ -178,7 +286,9 @@ def speed(figures):
     rows = [at_least("1280x960 with the marker in view, one thread (the seed: 38.5)", 60, get("fps"), "frames/s",
                      f"{real}; memcpy {get('memcpy_gb_per_s')} GB/s")]
     for what in ("detection_and_pose", "sampling", "light"):
-        rows.append(reported(f"1280x960: {what.replace('_', ' ')}, of {get('ms_all')} ms", get(f"ms_{what}"), "ms", real))
+        rows.append(
+            reported(f"1280x960: {what.replace('_', ' ')}, of {get('ms_all')} ms", get(f"ms_{what}"), "ms", real)
+        )
     rows.append(reported("1280x960: first frame, body and lamps looked for everywhere", get("ms_first"), "ms", real))
     return rows
 
@@ -192,13 +302,18 @@ def extremes(items):
     wrong = sum(item["outcome"] == "wrong" for item in items) if items else None
     rows.append(equals("extremes: confidently wrong", 0, wrong, "answers", f"{real}; {len(items)} answers"))
     for name, answers in cases.items():
-        counts = {outcome: sum(a["outcome"] == outcome for a in answers) for outcome in ("refused", "flagged", "right", "wrong")}
+        counts = {
+            outcome: sum(a["outcome"] == outcome for a in answers)
+            for outcome in ("refused", "flagged", "right", "wrong")
+        }
         told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
         worst = max((a["error_deg"] for a in answers if a["outcome"] == "right"), default=None)
         off = "" if worst is None else f"; right ones off by {worst:.2g} deg at most"
         easy = answers[0]["easy"]
         holds = counts["right"] == len(answers) if easy else counts["wrong"] == 0
-        rows.append(row(f"extremes, {name}", "right" if easy else "refused, flagged or right", told, "", holds, real + off))
+        rows.append(
+            row(f"extremes, {name}", "right" if easy else "refused, flagged or right", told, "", holds, real + off)
+        )
     return rows
 
 
@@ -207,7 +322,9 @@ def judged(eval_program, cases, say):
     with tempfile.NamedTemporaryFile("w", suffix=".jsonl") as file:
         file.writelines(json.dumps(case) + "\n" for case in cases)
         file.flush()
-        done = subprocess.run([eval_program, "--marker", file.name, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        done = subprocess.run(
+            [eval_program, "--marker", file.name, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
     if done.returncode != 0:
         say(f"lightwell-eval failed:\n{done.stderr.strip()}")
         return []
@@ -228,8 +345,11 @@ def trade(cases):
     name = "trade: the default is on the measured front of time, irradiance RMS (median, worst) and frames that are not sure"
     if default is None or not known(default["ms"]) or not known(default["rms"]):
         return rows + [row(name, "yes", "not measured", "", False, real)]
-    by = [f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, {100 * (case['rms'] / default['rms'] - 1):+.0f} % of RMS)"
-          for case in cases if case["what"] in default["beaten_by"]]
+    by = [
+        f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, {100 * (case['rms'] / default['rms'] - 1):+.0f} % of RMS)"
+        for case in cases
+        if case["what"] in default["beaten_by"]
+    ]
     return rows + [row(name, "yes", "beaten by " + ", ".join(by) if by else "yes", "", not by, real)]
 
 

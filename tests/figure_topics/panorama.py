@@ -40,14 +40,14 @@ SIZES = ["640x480", "1280x960", "1920x1440", "2560x1920", "3840x3840"]
 MOST_COST_PER_PIXEL = 1.1
 
 SENSORS = ["rgb8", "bayer8", "nv12", "yuyv"]
-# Promised of the 8-bit sensor with a colour a pixel. Where pixels share colour, what a lamp of one pixel gives is not in
-# the picture: there each scene's error must lie within the bound that the same descriptor states.
+# Promised of the 8-bit sensor with a colour a pixel. Where pixels share colour, what a lamp of one pixel gives is not
+# in the picture: there each scene's error must lie within the bound that the same descriptor states.
 OWN_COLOR = "rgb8"
 MOST_FLAGGED = 10
 # Suns and bare lamps: the brightest region's peak is above a hundred times the mean, as in topic skeleton.
 LAMP_PEAK = 100
-# Wider than the sun by five times: a window, a softbox or a piece of sky, whose middle depends on where its edge is drawn.
-# Reported.
+# Wider than the sun by five times: a window, a softbox or a piece of sky, whose middle depends on where its edge is
+# drawn. Reported.
 LAMP_RADIUS_DEG = 1.25
 BOUND_FRAMES = 1000
 BOUND_SENSORS = {"rgb_f32": "ideal sensor", "rgb8": "rgb8, three exposures", "nv12": "nv12, three exposures",
@@ -248,9 +248,14 @@ def accuracy(run):
         items = run["--sensor", sensor]
         rows += error_of_scenes(items, f"8-bit sensor {sensor}", 3 if sensor == OWN_COLOR else None, 1.5, NOISY)
         if sensor != OWN_COLOR:
-            over = [item["error"] / item["bound"] if item["bound"] else 0 for item in items if item["error"] is not None]
-            rows.append(at_most(f"largest error by its own bound, 8-bit sensor {sensor}", 1, max(over, default=None), "x",
-                                NOISY))
+            over = [
+                item["error"] / item["bound"] if item["bound"] else 0 for item in items if item["error"] is not None
+            ]
+            rows.append(
+                at_most(
+                    f"largest error by its own bound, 8-bit sensor {sensor}", 1, max(over, default=None), "x", NOISY
+                )
+            )
     lamps = [item for item in one if item["peak"] is not None and item["peak"] > LAMP_PEAK]
     for item in lamps:
         lamp = f"peak {item['peak']:.0f} times the mean, {2 * item['region_radius_deg']:.2g} deg wide"

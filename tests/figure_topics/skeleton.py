@@ -22,8 +22,12 @@ class Probe:
 
     def __init__(self, programs, camera, *options):
         self.programs = programs
-        self.process = subprocess.Popen([programs / "lightwelld", "--camera", camera, "--listen", "127.0.0.1:0", *options],
-                                        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self.process = subprocess.Popen(
+            [programs / "lightwelld", "--camera", camera, "--listen", "127.0.0.1:0", *options],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
         line = self.process.stdout.readline()  # Comes once clients may; empty where the daemon ended.
         if "listening on " not in line:
             raise RuntimeError(f"lightwelld did not start with {camera} {options}")
@@ -38,8 +42,11 @@ class Probe:
 
     def watch(self, seconds, *options):
         """The summary of `lightwell watch`."""
-        done = subprocess.run([self.programs / "lightwell", "watch", self.address, "--json", "--seconds", str(seconds), *options],
-                              stdout=subprocess.PIPE, text=True)
+        done = subprocess.run(
+            [self.programs / "lightwell", "watch", self.address, "--json", "--seconds", str(seconds), *options],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
         return next((line for line in reversed(lines) if line.get("kind") == "summary"), {})
 
@@ -97,7 +104,11 @@ def real_time(programs, memory_speed, say):
         rows.append(at_least(f"frame rate, two lenses of {size}", 30, rate, "1/s", beside))
         rows.append(at_most(f"latency p99, delivery to latest(), two lenses of {size}, best of five", 15,
                             best.get("latency_p99_ms"), "ms", beside))
-        rows.append(at_most(f"frames neither seen nor counted as gaps, two lenses of {size}", 0, max(0, uncounted), "frames", beside))
+        rows.append(
+            at_most(
+                f"frames neither seen nor counted as gaps, two lenses of {size}", 0, max(0, uncounted), "frames", beside
+            )
+        )
     return rows
 
 
@@ -116,7 +127,15 @@ def bound_over_a_run(programs, say):
             frames = summary.get("frames", 0)
             held = 100 * summary["held"] / frames if frames else None
             flagged = 100 * summary["flagged"] / frames if frames else None
-            rows.append(at_least(f"bound holds, {scene}, turning 30 deg/s, lamps switching ({frames} frames)", 99, held, "%", PROCESSES))
+            rows.append(
+                at_least(
+                    f"bound holds, {scene}, turning 30 deg/s, lamps switching ({frames} frames)",
+                    99,
+                    held,
+                    "%",
+                    PROCESSES,
+                )
+            )
             rows.append(at_most(f"flagged, {scene}, turning 30 deg/s, lamps switching", 10, flagged, "%", PROCESSES))
     return rows
 
@@ -134,7 +153,11 @@ def rude_clients(programs, say):
         summary = probe.watch(4)
         stalled.kill()
         stalled.wait()
-    return [equals("gaps of a client beside one that stalls and one that vanished", 0, summary.get("gaps"), "frames", PROCESSES)]
+    return [
+        equals(
+            "gaps of a client beside one that stalls and one that vanished", 0, summary.get("gaps"), "frames", PROCESSES
+        )
+    ]
 
 
 def bad_input(programs, say):
@@ -146,26 +169,45 @@ def bad_input(programs, say):
         city = pathlib.Path(os.environ["LIGHTWELL_PANORAMA_DIR"]) / "city.exr"
         (folder / "truncated.exr").write_bytes(city.read_bytes()[:100000])
         (folder / "config.textproto").write_text('camera {\n  uri: "sim:city"\n  frame_rat: 30\n}\n')
-        (folder / "rig.textproto").write_text("lens { width: 640 height: 480 max_angle_deg: 95 kannala_brandt { fx: 0 fy: 0 } }\n")
+        (folder / "rig.textproto").write_text(
+            "lens { width: 640 height: 480 max_angle_deg: 95 kannala_brandt { fx: 0 fy: 0 } }\n"
+        )
         daemon, estimate = str(programs / "lightwelld"), str(programs / "lightwell-estimate")
         with Probe(programs, "sim:city", "--size", "64x48") as taken:
             cases = {
                 "missing panorama": ([daemon, "--camera", f"sim:{folder}/none.exr"], "none.exr"),
                 "truncated EXR": ([estimate, "--equirect", f"{folder}/truncated.exr"], "truncated.exr"),
-                "unknown configuration field": ([daemon, "--config", f"{folder}/config.textproto"], "config.textproto:3:"),
+                "unknown configuration field": (
+                    [daemon, "--config", f"{folder}/config.textproto"],
+                    "config.textproto:3:",
+                ),
                 "its nearest name": ([daemon, "--config", f"{folder}/config.textproto"], "frame_rate"),
                 "impossible calibration": ([estimate, "--calibration", f"{folder}/rig.textproto", str(city)], "fx"),
-                "port in use": ([daemon, "--camera", "sim:city", "--size", "64x48", "--listen",
-                                 taken.address.removeprefix("grpc://")], "in use"),
+                "port in use": (
+                    [
+                        daemon,
+                        "--camera",
+                        "sim:city",
+                        "--size",
+                        "64x48",
+                        "--listen",
+                        taken.address.removeprefix("grpc://"),
+                    ],
+                    "in use",
+                ),
             }
             for what, (command, named) in cases.items():
                 try:
-                    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60)
+                    done = subprocess.run(
+                        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60
+                    )
                     clear = done.returncode > 0 and named in done.stderr
                     said = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "nothing"
                 except subprocess.TimeoutExpired:
                     clear, said = False, "did not end"
-                rows.append(row(f"bad input: {what}", f"exit status not 0, names {named}", said, "", clear, "real programs"))
+                rows.append(
+                    row(f"bad input: {what}", f"exit status not 0, names {named}", said, "", clear, "real programs")
+                )
     return rows
 
 

@@ -1,5 +1,5 @@
-// A FrameReader on any bytes in any pieces, with intact frames among them: those arrive, and what else arrives has held its
-// checksums. What is a request is answered, or is none.
+// A FrameReader on any bytes in any pieces, with intact frames among them: those arrive, and what else arrives has held
+// its checksums. What is a request is answered, or is none.
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>

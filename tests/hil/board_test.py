@@ -21,7 +21,10 @@ NOBODY = {"pid": 2**22 + 1, "began": 1}
 class Runs(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.environment = os.environ | {"LIGHTWELL_BOARDS": str(self.folder), "LIGHTWELL_CACHE": str(self.folder / "cache")}
+        self.environment = os.environ | {
+            "LIGHTWELL_BOARDS": str(self.folder),
+            "LIGHTWELL_CACHE": str(self.folder / "cache"),
+        }
         self.enterContext(unittest.mock.patch.dict(os.environ, self.environment))
 
     def sleeper(self):
@@ -111,8 +114,14 @@ class Commands(unittest.TestCase):
 
 class Cli(Runs):
     def hil_board(self, *words, **environment):
-        return subprocess.run([sys.executable, harness_path.HIL / "board", *words], text=True, env=self.environment | environment,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+        return subprocess.run(
+            [sys.executable, harness_path.HIL / "board", *words],
+            text=True,
+            env=self.environment | environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
 
     def test_status_of_nothing(self):
         done = self.hil_board("status", "--json")

@@ -45,16 +45,25 @@ class Boot(unittest.TestCase):
         begin = time.monotonic()
         cls.board.start(fresh=True)
         told = cls.board.status()
-        print(f"{told['accelerator']} ({told['why']}): ssh {told['seconds']['ssh']} s after QEMU, "
-              f"{time.monotonic() - begin:.1f} s after being asked; {told['resident_mb']} MB of this machine's memory", flush=True)
+        print(
+            f"{told['accelerator']} ({told['why']}): ssh {told['seconds']['ssh']} s after QEMU, "
+            f"{time.monotonic() - begin:.1f} s after being asked; {told['resident_mb']} MB of this machine's memory",
+            flush=True,
+        )
 
     def out(self, command, **options):
         return self.board.run(command, check=True, **options).out.strip()
 
     def probe(self):
         """What a client on this machine is told by the probe."""
-        return subprocess.run(self.board.host_command([CLI, "info", self.board.grpc()]), text=True, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=120, check=False)
+        return subprocess.run(
+            self.board.host_command([CLI, "info", self.board.grpc()]),
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=120,
+            check=False,
+        )
 
     def test_a_it_is_another_machine(self):
         self.assertEqual(self.out("uname -m"), "aarch64")
@@ -134,8 +143,16 @@ class Boot(unittest.TestCase):
         self.assertFalse(self.board.running())
         # What was mounted was unmounted: nothing to be repaired.
         subprocess.run(["e2fsck", "-fn", self.board.state_disk], check=True, stdout=subprocess.DEVNULL)
-        self.assertNotIn("needs_recovery", subprocess.run(["dumpe2fs", "-h", self.board.state_disk], check=True, text=True,
-                                                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout)
+        self.assertNotIn(
+            "needs_recovery",
+            subprocess.run(
+                ["dumpe2fs", "-h", self.board.state_disk],
+                check=True,
+                text=True,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+            ).stdout,
+        )
 
 
 if __name__ == "__main__":

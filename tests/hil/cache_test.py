@@ -87,10 +87,14 @@ class Kept(unittest.TestCase):
         self.assertEqual(self.made, 1)
 
     def test_a_maker_that_is_killed_leaves_nothing_that_counts(self):
-        program = ("import sys, pathlib, time; sys.path.insert(0, sys.argv[1]); from hil.harness import cache\n"
-                   "def make(folder):\n    (folder / 'half').write_text('')\n    print('half', flush=True)\n    time.sleep(600)\n"
-                   "cache.kept('thing', '1', make, pathlib.Path(sys.argv[2]))")
-        child = subprocess.Popen([sys.executable, "-c", program, str(harness_path.ROOT), str(self.root)], stdout=subprocess.PIPE)
+        program = (
+            "import sys, pathlib, time; sys.path.insert(0, sys.argv[1]); from hil.harness import cache\n"
+            "def make(folder):\n    (folder / 'half').write_text('')\n    print('half', flush=True)\n    time.sleep(600)\n"
+            "cache.kept('thing', '1', make, pathlib.Path(sys.argv[2]))"
+        )
+        child = subprocess.Popen(
+            [sys.executable, "-c", program, str(harness_path.ROOT), str(self.root)], stdout=subprocess.PIPE
+        )
         self.assertEqual(child.stdout.readline(), b"half\n")
         child.send_signal(signal.SIGKILL)
         child.wait()

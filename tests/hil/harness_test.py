@@ -83,8 +83,10 @@ class TheRoster(unittest.TestCase):
                       self.refusal(SMALL.replace('uri: "v4l2:/dev/video0"', 'vivid { format: "GREY" }')))
 
     def test_a_peer_is_a_second_board_on_the_same_wire(self) -> None:
-        two = (SMALL.replace("cpus: 2", 'net: "tap"').replace("limit_s: 3", 'limit_s: 3 peer: "head" spoils_board: true')
-               + 'board { name: "head" qemu { net: "tap" } }')
+        two = (
+            SMALL.replace("cpus: 2", 'net: "tap"').replace("limit_s: 3", 'limit_s: 3 peer: "head" spoils_board: true')
+            + 'board { name: "head" qemu { net: "tap" } }'
+        )
         self.assertEqual(roster.parse(two, "r").test[0].peer, "head")
         self.assertIn("peer 'hat'; there are box, head", self.refusal(two.replace('peer: "head"', 'peer: "hat"')))
         self.assertIn("another board than box", self.refusal(two.replace('peer: "head"', 'peer: "box"')))
@@ -115,9 +117,18 @@ class Order(unittest.TestCase):
 
 class Reports(unittest.TestCase):
     def test_a_figure_holds_where_it_is_as_asked(self) -> None:
-        for asked, measured, holds in [("<= 3", 3, True), ("<= 3", 3.1, False), (">= 30", 29.9, False), ("== 0", 0, True),
-                                       ("== 0", 1, False), ("", 1e9, True), ("<= 3", float("nan"), False),
-                                       (">= 3", float("nan"), False), ("== same", "same", True), ("== same", "other", False)]:
+        for asked, measured, holds in [
+            ("<= 3", 3, True),
+            ("<= 3", 3.1, False),
+            (">= 30", 29.9, False),
+            ("== 0", 0, True),
+            ("== 0", 1, False),
+            ("", 1e9, True),
+            ("<= 3", float("nan"), False),
+            (">= 3", float("nan"), False),
+            ("== same", "same", True),
+            ("== same", "other", False),
+        ]:
             self.assertEqual(report.Figure("f", measured, "", asked).holds, holds, (asked, measured))
         with self.assertRaises(KeyError):
             _ = report.Figure("f", 1, "", "about 3").holds
@@ -181,8 +192,17 @@ class Runs(unittest.TestCase):
         tests = [SimpleNamespace(name=name, what="", board="box", limit_s=1, spoils_board=name.startswith("spoils"),
                                  peer="another" if name.startswith("spoils_two") else "") for name in cases]
         heard: list[report.Result] = []
-        results = runner.run(tests, {"box": "the box", "another": "the other"}, self.start, seed=1, commit="c", lock_limit_s=1,
-                             finished=heard.append, case=lambda test: cases[test.name], lock_folder=Path(self.folder.name))
+        results = runner.run(
+            tests,
+            {"box": "the box", "another": "the other"},
+            self.start,
+            seed=1,
+            commit="c",
+            lock_limit_s=1,
+            finished=heard.append,
+            case=lambda test: cases[test.name],
+            lock_folder=Path(self.folder.name),
+        )
         self.assertEqual(results, heard)
         self.assertEqual(self.started, self.ended, "every board that was started was ended")
         return {result.test: result for result in results}
@@ -287,7 +307,10 @@ class Rigs(unittest.TestCase):
         self.assertEqual(self.notes, ["hil-box on its own wire as 1", "hil-box off"])
 
     def test_a_recording_never_carries_on_that_of_another_test(self) -> None:
-        with tempfile.TemporaryDirectory() as folder, rig.open_rig(self.roster.board[0], self.roster, self.tools) as alone:
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            rig.open_rig(self.roster.board[0], self.roster, self.tools) as alone,
+        ):
             file = Path(folder) / "board.lwr"
             there = []
             with mock.patch.object(alone, "client", lambda *_, **__: there.append(file.exists())), \
@@ -300,8 +323,16 @@ class Rigs(unittest.TestCase):
     def test_a_peer_is_on_the_first_ones_wire_without_firmware_and_ends_with_it(self) -> None:
         with rig.open_rig(self.roster.board[0], self.roster, self.tools, self.roster.board[1]) as both:
             self.assertEqual((both.board.name, both.peer.name), ("hil-box", "hil-head"))
-        self.assertEqual(self.notes, ["hil-box on its own wire as 1", "hil-head on hil-box as 2",
-                                      "hil-head: systemctl mask --runtime --now lightwelld", "hil-head off", "hil-box off"])
+        self.assertEqual(
+            self.notes,
+            [
+                "hil-box on its own wire as 1",
+                "hil-head on hil-box as 2",
+                "hil-head: systemctl mask --runtime --now lightwelld",
+                "hil-head off",
+                "hil-box off",
+            ],
+        )
 
     def test_a_peer_that_does_not_start_leaves_nothing_running(self) -> None:
         self.roster.board[1].qemu.memory_mb = 1
@@ -377,9 +408,19 @@ class Vivid(unittest.TestCase):
                 if check:
                     raise CommandFailed(text)
                 return SimpleNamespace(status=1, out="")
-            said = ("/sys/class/video4linux/video" + ("4" if "vid-cap" in text else "5") + "/name\n" if text.startswith("grep") else
-                    "Frames per second: 58.750 (235000/4000)" if "--get-parm" in text else
-                    "".join(f"cap dqbuf: 0 seq: {n:6} bytesused\n" for n in (7, 8, 10, 11)) if "--stream-mmap" in text else "")
+            said = (
+                "/sys/class/video4linux/video" + ("4" if "vid-cap" in text else "5") + "/name\n"
+                if text.startswith("grep")
+                else (
+                    "Frames per second: 58.750 (235000/4000)"
+                    if "--get-parm" in text
+                    else (
+                        "".join(f"cap dqbuf: 0 seq: {n:6} bytesused\n" for n in (7, 8, 10, 11))
+                        if "--stream-mmap" in text
+                        else ""
+                    )
+                )
+            )
             return SimpleNamespace(status=0, out=said)
 
         def copy_in(source: Path, _: str) -> None:

@@ -63,7 +63,9 @@ class Units(Tree):
     def test_links_are_systemctls(self):
         self.set("enable ssh.service multi-user.target\nenable own.service sysinit.target\nmask ssh.service\n"
                  "silence some-generator\n")
-        self.assertEqual(str(self.link("system/multi-user.target.wants/ssh.service")), "/usr/lib/systemd/system/ssh.service")
+        self.assertEqual(
+            str(self.link("system/multi-user.target.wants/ssh.service")), "/usr/lib/systemd/system/ssh.service"
+        )
         self.assertEqual(str(self.link("system/sysinit.target.wants/own.service")), "/etc/systemd/system/own.service")
         self.assertEqual(str(self.link("system/ssh.service")), "/dev/null")
         self.assertEqual(str(self.link("system-generators/some-generator")), "/dev/null")
@@ -91,8 +93,9 @@ class Sources(unittest.TestCase):
 
 class Disks(Tree):
     def look(self, disk, command):
-        return subprocess.run(["debugfs", "-R", command, disk], text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                              check=True).stdout
+        return subprocess.run(
+            ["debugfs", "-R", command, disk], text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True
+        ).stdout
 
     def sound(self, disk):
         subprocess.run(["e2fsck", "-fn", disk], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -66,7 +66,10 @@ class Addresses(unittest.TestCase):
 
 class Tap(unittest.TestCase):
     def test_without_root_it_says_so(self):
-        with unittest.mock.patch("os.geteuid", return_value=1000), self.assertRaisesRegex(network.NetworkError, "needs root"):
+        with (
+            unittest.mock.patch("os.geteuid", return_value=1000),
+            self.assertRaisesRegex(network.NetworkError, "needs root"),
+        ):
             network.TapNetwork("x").open()
 
     def test_programs_of_the_host_are_started_on_the_wire(self):

@@ -15,9 +15,17 @@ from hil.harness.image import Base
 
 
 def machine(**options):
-    made = {"program": "qemu", "accelerator": "tcg", "kernel": pathlib.Path("/k"), "initrd": pathlib.Path("/i"), "disks": (),
-            "kernel_words": ("a", "b=c"), "network": ("-netdev", "user,id=net0"), "qmp": pathlib.Path("/q"),
-            "serial_log": pathlib.Path("/s")}
+    made = {
+        "program": "qemu",
+        "accelerator": "tcg",
+        "kernel": pathlib.Path("/k"),
+        "initrd": pathlib.Path("/i"),
+        "disks": (),
+        "kernel_words": ("a", "b=c"),
+        "network": ("-netdev", "user,id=net0"),
+        "qmp": pathlib.Path("/q"),
+        "serial_log": pathlib.Path("/s"),
+    }
     return qemu.Machine(**(made | options)).arguments()
 
 

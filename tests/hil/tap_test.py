@@ -27,7 +27,9 @@ class Tap(unittest.TestCase):
             first.open()
             second.open()
             first.open()  # As after a run that died.
-            shown = subprocess.run(first.host_command(["ip", "-brief", "address"]), text=True, stdout=subprocess.PIPE, check=True)
+            shown = subprocess.run(
+                first.host_command(["ip", "-brief", "address"]), text=True, stdout=subprocess.PIPE, check=True
+            )
             self.assertIn(network.HOST, shown.stdout)
             for tap in ("tap1", "tap2"):
                 self.assertIn(tap, shown.stdout)

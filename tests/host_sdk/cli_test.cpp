@@ -29,8 +29,7 @@ Outcome run(const std::string& arguments) {
   std::FILE* pipe = popen((std::string(LIGHTWELL_CLI) + " " + arguments + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return result;
   std::array<char, 4096> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
-    result.out.append(buffer.data(), n);
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) result.out.append(buffer.data(), n);
   const int status = pclose(pipe);
   result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return result;
@@ -45,8 +44,7 @@ class Cli : public ::testing::Test {
     folder_ = std::filesystem::temp_directory_path() /
               ("lightwell_cli_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
     std::filesystem::create_directories(folder_);
-    Result<RecordWriter> writer =
-        RecordWriter::open(recording(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
+    Result<RecordWriter> writer = RecordWriter::open(recording(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
     ASSERT_TRUE(writer.ok());
     for (std::uint64_t i = 1; i <= 20; ++i) {
       const auto time = static_cast<std::int64_t>(i) * 10'000'000;
@@ -68,16 +66,15 @@ TEST_F(Cli, HelpTeaches) {
   EXPECT_EQ(help.code, 0);
   for (const char* word : {"watch", "query", "record", "replay", "info", "grpc://", "Exit codes"})
     EXPECT_THAT(help.out, HasSubstr(word));
-  for (const char* key : {"latency_p50_ms", "latency_p99_ms", "age_p50_ms", "age_p99_ms",
-                          "bytes_p50", "frames_per_s", "gaps", "clock_uncertainty_ms"})
+  for (const char* key : {"latency_p50_ms", "latency_p99_ms", "age_p50_ms", "age_p99_ms", "bytes_p50", "frames_per_s",
+                          "gaps", "clock_uncertainty_ms"})
     EXPECT_THAT(run("watch --help").out, HasSubstr(key));
 }
 
 TEST_F(Cli, MisuseIsOneLineAndTwo) {
-  for (const std::string bad :
-       {"", "frobnicate", "watch", "watch mqtt://x", "watch grpc://h --seconds no",
-        "query grpc://h", "query grpc://h --normal 1,2", "query grpc://h --normal 0,0,0",
-        "query grpc://h --direction 0,0,1 --roughness 2"}) {
+  for (const std::string bad : {"", "frobnicate", "watch", "watch mqtt://x", "watch grpc://h --seconds no",
+                                "query grpc://h", "query grpc://h --normal 1,2", "query grpc://h --normal 0,0,0",
+                                "query grpc://h --direction 0,0,1 --roughness 2"}) {
     const Outcome result = run(bad);
     EXPECT_EQ(result.code, 2) << bad << ": " << result.out;
     EXPECT_EQ(lines(result.out), 1) << bad << ": " << result.out;
@@ -118,8 +115,7 @@ TEST_F(Cli, WatchOfNothingIsOne) {
 
 TEST_F(Cli, QueryAnswers) {
   const std::string uri = "replay:'" + recording() + "?speed=0'";
-  const Outcome result =
-      run("query " + uri + " --normal 0,1,0 --direction=-1,0,0 --roughness 0 --lights --json");
+  const Outcome result = run("query " + uri + " --normal 0,1,0 --direction=-1,0,0 --roughness 0 --lights --json");
   EXPECT_EQ(result.code, 0) << result.out;
   EXPECT_EQ(lines(result.out), 3) << result.out;
   EXPECT_THAT(result.out, HasSubstr("\"quantity\":\"irradiance\""));
@@ -154,16 +150,14 @@ TEST_F(Cli, SaysWhetherAMapIsThere) {
   const std::string uri = "'replay:" + recording() + "?speed=0'";
   EXPECT_THAT(run("info " + uri).out, HasSubstr("no map"));
   EXPECT_THAT(run("info " + uri + " --json").out, HasSubstr("\"environment_edge\":0,"));
-  EXPECT_THAT(run("query " + uri + " --direction 0,1,0 --json").out,
-              HasSubstr("\"source\":\"harmonics\""));
+  EXPECT_THAT(run("query " + uri + " --direction 0,1,0 --json").out, HasSubstr("\"source\":\"harmonics\""));
   EnvironmentMap map;
   map.levels = {{16, 0}, {8, 1}};
   map.key_interval_ms = 60'000;
   map.texels.assign(texel_count(map.levels), 0x80000001U);
   map.key = environment_key(map);
   {
-    Result<RecordWriter> writer =
-        RecordWriter::open(copy(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
+    Result<RecordWriter> writer = RecordWriter::open(copy(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
     ASSERT_TRUE(writer.ok());
     for (std::uint64_t i = 1; i <= 5; ++i) {
       Descriptor d = test::numbered(i, static_cast<std::int64_t>(i) * 10'000'000);

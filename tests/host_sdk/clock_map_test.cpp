@@ -13,8 +13,7 @@ constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kSecond = 1'000 * kMs;
 
 /// A probe whose clock is `offset` ahead, asked at `sent` over a link with these two delays.
-void ask(ClockMap& map, std::int64_t offset, std::int64_t sent, std::int64_t there,
-         std::int64_t back) {
+void ask(ClockMap& map, std::int64_t offset, std::int64_t sent, std::int64_t there, std::int64_t back) {
   map.add({sent}, {sent + there + offset}, {sent + there + back});
 }
 
@@ -73,11 +72,11 @@ TEST(ClockMap, AgeMakesItLessCertainAndFollowsDrift) {
   double worst = 0;
   for (int i = 0; i <= 600; ++i) {
     const std::int64_t sent = kSecond * i;
-    const std::int64_t offset =
-        5 * kSecond + static_cast<std::int64_t>(80e-6 * static_cast<double>(sent));
+    const std::int64_t offset = 5 * kSecond + static_cast<std::int64_t>(80e-6 * static_cast<double>(sent));
     ask(map, offset, sent, kMs, i % 10 == 0 ? kMs : 4 * kMs);
     const HostTime now{sent + 5 * kMs};
-    const auto error = static_cast<double>(std::llabs(map.offset(now).ns - offset - static_cast<std::int64_t>(80e-6 * 5e6)));
+    const auto error =
+        static_cast<double>(std::llabs(map.offset(now).ns - offset - static_cast<std::int64_t>(80e-6 * 5e6)));
     EXPECT_LE(error, static_cast<double>(map.uncertainty(now).ns) + 1e3) << i;
     worst = std::max(worst, error);
   }
@@ -93,7 +92,8 @@ TEST(ClockMap, AClockThatWasSetAnewIsBelievedAtOnce) {
 }
 
 /// Two minutes of an honest probe whose quartz is fast by `ppm`, over a link whose delays are random each way.
-ClockMap asked_for_two_minutes(double ppm, std::uint32_t seed, std::int64_t (*offset_at)(double ppm, std::int64_t host)) {
+ClockMap asked_for_two_minutes(double ppm, std::uint32_t seed,
+                               std::int64_t (*offset_at)(double ppm, std::int64_t host)) {
   std::minstd_rand random(seed);
   std::exponential_distribution<double> delay_ms(2);
   ClockMap map;
@@ -104,7 +104,9 @@ ClockMap asked_for_two_minutes(double ppm, std::uint32_t seed, std::int64_t (*of
   }
   return map;
 }
-std::int64_t steady(double ppm, std::int64_t host) { return 7 * kSecond + static_cast<std::int64_t>(1e-6 * ppm * static_cast<double>(host)); }
+std::int64_t steady(double ppm, std::int64_t host) {
+  return 7 * kSecond + static_cast<std::int64_t>(1e-6 * ppm * static_cast<double>(host));
+}
 
 TEST(ClockMap, DriftIsKnownAfterTwoMinutesAndCarriesOverAnOutage) {
   for (const double ppm : {-95.0, -20.0, 0.0, 3.0, 80.0}) {
@@ -113,7 +115,8 @@ TEST(ClockMap, DriftIsKnownAfterTwoMinutesAndCarriesOverAnOutage) {
       EXPECT_NEAR(1e6 * map.drift(), ppm, 8) << seed;
       // A minute without a word: 100 ppm alone would be 6 ms.
       const HostTime later{180 * kSecond};
-      EXPECT_LE(std::llabs(map.offset(later).ns - steady(ppm, later.ns)), map.uncertainty(later).ns) << ppm << " " << seed;
+      EXPECT_LE(std::llabs(map.offset(later).ns - steady(ppm, later.ns)), map.uncertainty(later).ns)
+          << ppm << " " << seed;
       EXPECT_LT(map.uncertainty(later).ns, 1.5 * kMs) << ppm << " " << seed;
       const ProbeTime probe{later.ns + steady(ppm, later.ns)};
       EXPECT_LE(std::llabs(map.to_host(probe).ns - later.ns), map.uncertainty(later).ns) << ppm << " " << seed;

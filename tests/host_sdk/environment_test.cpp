@@ -41,8 +41,7 @@ EnvironmentMap changes(const EnvironmentMap& whole, float rough) {
   return map;
 }
 
-Descriptor with_map(std::optional<EnvironmentMap> map, std::uint64_t sequence,
-                    std::int64_t time_ms) {
+Descriptor with_map(std::optional<EnvironmentMap> map, std::uint64_t sequence, std::int64_t time_ms) {
   Descriptor d = test::constant_scene({9, 9, 9});
   d.environment = std::move(map);
   d.sequence = sequence;
@@ -112,8 +111,7 @@ TEST(EnvironmentKeeper, LostInAnyPatternNeverShowsAWrongMap) {
       const bool whole = n % 8 == 0;
       if (whole) key = whole_map(rough);
       truth.push_back(rough);
-      const Descriptor d =
-          with_map(whole ? key : changes(key, rough), static_cast<std::uint64_t>(n), 50 * n);
+      const Descriptor d = with_map(whole ? key : changes(key, rough), static_cast<std::uint64_t>(n), 50 * n);
       if (random() % 10 < loss) continue;
       (void)keeper.take(d);
       if (const auto kept = keeper.map_for(d)) {
@@ -159,8 +157,7 @@ TEST(LightingEnvironment, TurnsWithTheLight) {
   const Quat q = Quat::about({0, 1, 0}, 0.7), p = Quat::about(normalized(Vec3d{1, 2, 3}), -1.9);
   const Lighting turned = lighting.rotated(q).rotated(p);
   for (const Vec3f v : test::directions())
-    EXPECT_NEAR(turned.radiance(rotate(p * q, v), 0).value.r, lighting.radiance(v, 0).value.r,
-                1e-5);
+    EXPECT_NEAR(turned.radiance(rotate(p * q, v), 0).value.r, lighting.radiance(v, 0).value.r, 1e-5);
   const auto view = turned.environment();
   ASSERT_TRUE(view);
   const Vec3f x = rotate(view->rotation, Vec3f{1, 0, 0}), wanted = rotate(p * q, Vec3f{1, 0, 0});
@@ -172,8 +169,7 @@ class EnvironmentIntake : public ::testing::Test {
   void take(const Descriptor& d) {
     const std::string bytes = test::encoded(d);
     ASSERT_FALSE(bytes.empty());
-    intake_.take(test::as_bytes(bytes), {0},
-                 [](const CaptureTime& t) { return MappedTime{{t.mid_exposure.ns}, {}}; });
+    intake_.take(test::as_bytes(bytes), {0}, [](const CaptureTime& t) { return MappedTime{{t.mid_exposure.ns}, {}}; });
   }
   Intake intake_{ProbeOptions{}};
 };
@@ -201,9 +197,7 @@ TEST_F(EnvironmentIntake, TimeTravelSeesTheMapOfItsTime) {
   take(with_map(whole_map(), 2, 100));
   take(with_map({}, 3, 200));
   take(with_map(changes(whole_map(), 6), 4, 300));
-  const auto rough_at = [&](std::int64_t ms) {
-    return intake_.at({ms * kMs}).radiance({0, 1, 0}, 1).value.r;
-  };
+  const auto rough_at = [&](std::int64_t ms) { return intake_.at({ms * kMs}).radiance({0, 1, 0}, 1).value.r; };
   // Harmonics, which the wire rounds to 13 bits.
   EXPECT_NEAR(rough_at(0), 9, 2e-3);
   EXPECT_NEAR(rough_at(40), 9, 2e-3);

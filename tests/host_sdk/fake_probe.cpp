@@ -45,11 +45,9 @@ class Stream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
 class FakeProbe::Service final : public Raw {
  public:
-  grpc::Status Info(grpc::ServerContext* context, const v1::InfoRequest*,
-                    v1::InfoResponse* response) override {
+  grpc::Status Info(grpc::ServerContext* context, const v1::InfoRequest*, v1::InfoResponse* response) override {
     std::unique_lock lock(mutex);
-    while (answering == Answering::no && !context->IsCancelled())
-      changed.wait_for(lock, std::chrono::milliseconds(20));
+    while (answering == Answering::no && !context->IsCancelled()) changed.wait_for(lock, std::chrono::milliseconds(20));
     response->set_probe_name("fake");
     response->set_probe_id(7);
     response->set_calibration_id(9);
@@ -69,8 +67,7 @@ class FakeProbe::Service final : public Raw {
     return new Stream(script);  // deletes itself, as gRPC's reactors do
   }
 
-  grpc::Status SetConfig(grpc::ServerContext*, const v1::SetConfigRequest* request,
-                         v1::SetConfigResponse*) override {
+  grpc::Status SetConfig(grpc::ServerContext*, const v1::SetConfigRequest* request, v1::SetConfigResponse*) override {
     const std::lock_guard lock(mutex);
     config = *request;
     return grpc::Status::OK;
@@ -103,8 +100,7 @@ void FakeProbe::start() {
   for (int attempt = 0; attempt < 200 && !server_; ++attempt) {
     grpc::ServerBuilder builder;
     int bound = 0;
-    builder.AddListeningPort("127.0.0.1:" + std::to_string(port_),
-                             grpc::InsecureServerCredentials(), &bound);
+    builder.AddListeningPort("127.0.0.1:" + std::to_string(port_), grpc::InsecureServerCredentials(), &bound);
     builder.RegisterService(service_.get());
     server_ = builder.BuildAndStart();
     if (server_) port_ = bound;

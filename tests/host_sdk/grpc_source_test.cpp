@@ -40,8 +40,7 @@ class Tap {
   std::function<void(const Arrival&)> observer() {
     return [this](const Arrival& arrival) {
       const std::lock_guard lock(mutex_);
-      messages_.emplace_back(reinterpret_cast<const char*>(arrival.bytes.data()),
-                             arrival.bytes.size());
+      messages_.emplace_back(reinterpret_cast<const char*>(arrival.bytes.data()), arrival.bytes.size());
     };
   }
   std::vector<std::string> messages() const {
@@ -75,7 +74,8 @@ TEST(GrpcSource, ADescriptorThatIsSentAgainIsDroppedAndCounted) {
   FakeProbe fake;
   const std::string old = encoded(numbered(5, 1'000));
   // The last is a daemon that began anew: it counts from the start, and its machine's clock goes on.
-  fake.set_script({old, encoded(numbered(6, 2'000)), old, encoded(numbered(6, 2'000)), encoded(numbered(7, 3'000)), encoded(numbered(1, 4'000))});
+  fake.set_script({old, encoded(numbered(6, 2'000)), old, encoded(numbered(6, 2'000)), encoded(numbered(7, 3'000)),
+                   encoded(numbered(1, 4'000))});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   ASSERT_TRUE(eventually([&] { return probe->stats().received == 4; }));

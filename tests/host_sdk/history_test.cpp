@@ -17,16 +17,15 @@ constexpr std::int64_t kMs = 1'000'000;
 constexpr Duration kMaxAge{250 * kMs};
 constexpr Duration kAhead{50 * kMs};
 
-std::shared_ptr<const History> with(std::shared_ptr<const History> history, Descriptor descriptor,
-                                    std::int64_t host_ns, std::size_t capacity = 64) {
+std::shared_ptr<const History> with(std::shared_ptr<const History> history, Descriptor descriptor, std::int64_t host_ns,
+                                    std::size_t capacity = 64) {
   Sample sample = sample_of(std::move(descriptor));
   sample.mid_exposure = {host_ns};
   return appended(history.get(), std::make_shared<const Sample>(std::move(sample)), capacity);
 }
 
 /// Sequence n at n * 100 ms, brightness n.
-std::shared_ptr<const History> steady(std::uint64_t first, std::uint64_t last,
-                                      std::size_t capacity = 64) {
+std::shared_ptr<const History> steady(std::uint64_t first, std::uint64_t last, std::size_t capacity = 64) {
   std::shared_ptr<const History> history;
   for (std::uint64_t n = first; n <= last; ++n) {
     const auto t = static_cast<std::int64_t>(n) * 100 * kMs;
@@ -236,8 +235,7 @@ TEST(Interpolate, OppositeDirectionsStayUnit) {
   Descriptor a, b;
   a.lights = {test::light({1, 0, 0}, {1, 1, 1})};
   b.lights = {test::light({-1, 0, 0}, {1, 1, 1})};
-  for (const float f : {0.2F, 0.5F, 0.8F})
-    EXPECT_NEAR(length(interpolated(a, b, f).lights[0].direction), 1, 1e-6);
+  for (const float f : {0.2F, 0.5F, 0.8F}) EXPECT_NEAR(length(interpolated(a, b, f).lights[0].direction), 1, 1e-6);
 }
 
 TEST(Interpolate, TakesTheWorseOfBounds) {

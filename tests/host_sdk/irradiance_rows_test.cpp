@@ -24,8 +24,10 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 std::vector<Vec3f> normals_all_over(int count) {
   std::vector<Vec3f> out;
   for (int i = 0; i < count; ++i) {
-    const double y = 1 - (2 * i + 1.0) / count, s = std::sqrt(1 - y * y), phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    out.push_back(vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)}) * (0.5F + 1.5F * static_cast<float>(i) / static_cast<float>(count)));
+    const double y = 1 - (2 * i + 1.0) / count, s = std::sqrt(1 - y * y),
+                 phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    out.push_back(vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)}) *
+                  (0.5F + 1.5F * static_cast<float>(i) / static_cast<float>(count)));
   }
   return out;
 }
@@ -37,7 +39,9 @@ Descriptor scene_of(int band, float radius) {
     const float v = std::sin(static_cast<float>(i));
     d.radiance.c[static_cast<std::size_t>(i)] = {v, 0.5F * v, -v};
   }
-  if (radius >= 0) d.lights = {test::light({0.2F, 0.9F, -0.3F}, {8, 7, 6}, radius, 1), test::light({-1, 0, 0}, {2, 3, 4}, 2 * radius, 2)};
+  if (radius >= 0)
+    d.lights = {test::light({0.2F, 0.9F, -0.3F}, {8, 7, 6}, radius, 1),
+                test::light({-1, 0, 0}, {2, 3, 4}, 2 * radius, 2)};
   return d;
 }
 
@@ -121,7 +125,8 @@ TEST(ManyNormals, NoLightIsNoneEverywhereAndSpansMustMatch) {
   std::vector<Irradiance> too_few(9, {7, 7, 7});
   EXPECT_EQ(Lighting::of(scene_of(2, 0)).irradiance(normals, too_few).validity, Validity::invalid_query);
   EXPECT_EQ(too_few, std::vector<Irradiance>(9, {7, 7, 7}));
-  EXPECT_EQ(Lighting::of(scene_of(2, 0)).irradiance(std::span<const Vec3f>(), std::span<Irradiance>()).validity, Validity::valid);
+  EXPECT_EQ(Lighting::of(scene_of(2, 0)).irradiance(std::span<const Vec3f>(), std::span<Irradiance>()).validity,
+            Validity::valid);
 }
 
 }  // namespace

@@ -47,8 +47,8 @@ void expect_near(const Rgb<T>& a, const Rgb<T>& b, double tolerance) {
 
 TEST(LightingQuery, DirectionsThatAreNoneAreFlagged) {
   const Lighting lighting = Lighting::of(mixed_scene());
-  for (const Vec3f bad : {Vec3f{}, Vec3f{kNan, 0, 1}, Vec3f{0, kInf, 0}, Vec3f{-kInf, kInf, 1},
-                          Vec3f{kNan, kNan, kNan}}) {
+  for (const Vec3f bad :
+       {Vec3f{}, Vec3f{kNan, 0, 1}, Vec3f{0, kInf, 0}, Vec3f{-kInf, kInf, 1}, Vec3f{kNan, kNan, kNan}}) {
     const Answer<Irradiance> e = lighting.irradiance(bad);
     EXPECT_EQ(e.validity, Validity::invalid_query);
     EXPECT_EQ(e.value, Irradiance{});
@@ -74,8 +74,7 @@ TEST(LightingQuery, LengthDoesNotMatter) {
 TEST(LightingQuery, RoughnessIsClampedOrRefused) {
   const Lighting lighting = Lighting::of(mixed_scene());
   const Vec3f d{0.1F, 1, 0.2F};
-  for (const float bad : {kNan, kInf, -kInf})
-    EXPECT_EQ(lighting.radiance(d, bad).validity, Validity::invalid_query);
+  for (const float bad : {kNan, kInf, -kInf}) EXPECT_EQ(lighting.radiance(d, bad).validity, Validity::invalid_query);
   expect_near(lighting.radiance(d, 5).value, lighting.radiance(d, 1).value, 0);
   expect_near(lighting.radiance(d, kTiny).value, lighting.radiance(d, 0.02F).value, 0);
   expect_near(lighting.radiance(d, -1).value, lighting.radiance(d, 0).value, 0);

@@ -25,8 +25,7 @@ constexpr double kExact = 1e-5;
 constexpr float kRoughnesses[] = {0.02F, 0.1F, 0.3F, 0.5F, 0.8F, 1};
 
 reference::V3 v3(Vec3f v) {
-  return reference::normalised(
-      {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)});
+  return reference::normalised({static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)});
 }
 
 double cos_of(Vec3f a, Vec3f b) { return reference::dot(v3(a), v3(b)); }
@@ -75,8 +74,7 @@ TEST(Lighting, DirectionalLightShowsTheGgxLobe) {
         // Of the light's direction as it was rounded, which matters where the lobe ends.
         const double expected = kernel.at_cosine(cos_of(lighting.lights()[0].direction, direction));
         const double tolerance = kExact * std::max(expected, 1e-6 * peak);
-        EXPECT_NEAR(lighting.radiance(direction, roughness).value.r, expected, tolerance)
-            << roughness;
+        EXPECT_NEAR(lighting.radiance(direction, roughness).value.r, expected, tolerance) << roughness;
       }
     }
   }
@@ -106,8 +104,7 @@ TEST(Lighting, EachHarmonicIsScaledByItsLobe) {
       descriptor.radiance.c[static_cast<std::size_t>(sh_index(l, m))] = {1, 2, 3};
       const Lighting lighting = Lighting::of(descriptor);
       for (const Vec3f d : directions()) {
-        const double y = reference::harmonics(
-            v3(d), band)[static_cast<std::size_t>(reference::harmonic_index(l, m))];
+        const double y = reference::harmonics(v3(d), band)[static_cast<std::size_t>(reference::harmonic_index(l, m))];
         EXPECT_NEAR(lighting.irradiance(d).value.r, reference::cosine_lobe(l) * y, kExact);
         EXPECT_NEAR(lighting.irradiance(d).value.b, 3 * reference::cosine_lobe(l) * y, 3 * kExact);
         EXPECT_NEAR(lighting.radiance(d, 0).value.r, y, kExact);
@@ -125,10 +122,9 @@ TEST(Lighting, EachHarmonicIsScaledByTheGgxLobe) {
         descriptor.radiance.c[static_cast<std::size_t>(sh_index(l, m))] = {1, 1, 1};
         const Lighting lighting = Lighting::of(descriptor);
         for (const Vec3f d : directions()) {
-          const double y = reference::harmonics(
-              v3(d), kMaxBand)[static_cast<std::size_t>(reference::harmonic_index(l, m))];
-          EXPECT_NEAR(lighting.radiance(d, roughness).value.g, k[static_cast<std::size_t>(l)] * y,
-                      kExact)
+          const double y =
+              reference::harmonics(v3(d), kMaxBand)[static_cast<std::size_t>(reference::harmonic_index(l, m))];
+          EXPECT_NEAR(lighting.radiance(d, roughness).value.g, k[static_cast<std::size_t>(l)] * y, kExact)
               << roughness << " " << l << " " << m;
         }
       }
@@ -137,18 +133,15 @@ TEST(Lighting, EachHarmonicIsScaledByTheGgxLobe) {
 
 TEST(Lighting, CapIsClippedAtTheHorizon) {
   for (const double rho : {0.01, 0.2, 0.8, 1.5}) {
-    const Lighting lighting =
-        Lighting::of(one_light({0, 1, 0}, {1, 1, 1}, static_cast<float>(rho)));
+    const Lighting lighting = Lighting::of(one_light({0, 1, 0}, {1, 1, 1}, static_cast<float>(rho)));
     double before = 1;
     constexpr int kSteps = 720;
     for (int i = 0; i <= kSteps; ++i) {
       const double angle = std::numbers::pi * i / kSteps;
-      const Vec3f normal{static_cast<float>(std::sin(angle)), static_cast<float>(std::cos(angle)),
-                         0};
+      const Vec3f normal{static_cast<float>(std::sin(angle)), static_cast<float>(std::cos(angle)), 0};
       const auto radius = static_cast<double>(static_cast<float>(rho));
       const double e = lighting.irradiance(normal).value.r;
-      const double expected =
-          reference::cap_irradiance(radius, angle) / reference::cap_vector_irradiance(radius);
+      const double expected = reference::cap_irradiance(radius, angle) / reference::cap_vector_irradiance(radius);
       // The angle itself is rounded to single precision in the normal.
       EXPECT_NEAR(e, expected, kExact) << rho << " " << angle;
       // Continuous: no step is larger than the steepest slope, one per rad, allows.
@@ -160,12 +153,10 @@ TEST(Lighting, CapIsClippedAtTheHorizon) {
 
 TEST(Lighting, LightsAndHarmonicsAdd) {
   Descriptor descriptor = constant_scene({1, 1, 1});
-  descriptor.lights = {test::light({0, 1, 0}, {5, 5, 5}, 0, 1),
-                       test::light({1, 0, 0}, {2, 2, 2}, 0, 2)};
+  descriptor.lights = {test::light({0, 1, 0}, {5, 5, 5}, 0, 1), test::light({1, 0, 0}, {2, 2, 2}, 0, 2)};
   const Lighting lighting = Lighting::of(descriptor);
   EXPECT_NEAR(lighting.irradiance({0, 1, 0}).value.g, kPi + 5, 7 * kExact);
-  EXPECT_NEAR(lighting.irradiance({1, 1, 0}).value.g, kPi + 7 * std::numbers::sqrt2 / 2,
-              7 * kExact);
+  EXPECT_NEAR(lighting.irradiance({1, 1, 0}).value.g, kPi + 7 * std::numbers::sqrt2 / 2, 7 * kExact);
   EXPECT_NEAR(lighting.irradiance({0, -1, 0}).value.g, kPi, 7 * kExact);
 }
 

@@ -27,9 +27,8 @@ class ReplaySource : public ::testing::Test {
   void SetUp() override {
     // One folder a test: ctest runs several at once.
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ =
-        std::filesystem::temp_directory_path() /
-        ("lightwell_replay_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
+    folder_ = std::filesystem::temp_directory_path() /
+              ("lightwell_replay_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -57,8 +56,7 @@ class ReplaySource : public ::testing::Test {
   static std::vector<std::string> messages(std::uint64_t n) {
     std::vector<std::string> out;
     for (std::uint64_t i = 1; i <= n; ++i)
-      out.push_back(
-          encoded(numbered(i, 5'000'000 * kMs + static_cast<std::int64_t>(i) * 20 * kMs)));
+      out.push_back(encoded(numbered(i, 5'000'000 * kMs + static_cast<std::int64_t>(i) * 20 * kMs)));
     return out;
   }
 

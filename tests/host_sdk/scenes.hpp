@@ -46,8 +46,7 @@ inline Descriptor numbered(std::uint64_t sequence, std::int64_t mid_exposure_ns)
   descriptor.time.mid_exposure.ns = mid_exposure_ns;
   descriptor.time.delivered_after = {2'000'000};
   descriptor.time.encoded_after = {3'000'000};
-  descriptor.lights.push_back(
-      light({0, 1, 0}, Irradiance{1, 1, 1} * static_cast<float>(sequence), 0.1F));
+  descriptor.lights.push_back(light({0, 1, 0}, Irradiance{1, 1, 1} * static_cast<float>(sequence), 0.1F));
   descriptor.probe_id = 7;
   descriptor.calibration_id = 9;
   return descriptor;

@@ -1,9 +1,5 @@
 #include "host_sdk/umock_probe.hpp"
 
-#include <linux/usbdevice_fs.h>
-#include <sys/ioctl.h>
-#include <umockdev.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -11,10 +7,15 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <mutex>
+#include <umockdev.h>
+
+#include <linux/usbdevice_fs.h>
+#include <sys/ioctl.h>
+
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
 #include <lightwell/usb_ids.hpp>
-#include <mutex>
 
 #include "support/fake_commands.hpp"
 
@@ -89,9 +90,7 @@ UMockdevTestbed* UmockProbe::Port::bed() {
 std::vector<std::uint8_t> UmockProbe::Port::descriptors() const {
   const auto low = [](unsigned v) { return static_cast<std::uint8_t>(v & 255U); };
   std::vector<std::uint8_t> interfaces;
-  const auto add = [&](std::initializer_list<std::uint8_t> bytes) {
-    interfaces.insert(interfaces.end(), bytes);
-  };
+  const auto add = [&](std::initializer_list<std::uint8_t> bytes) { interfaces.insert(interfaces.end(), bytes); };
   for (int i = 0; i < kind.interfaces_before; ++i) {
     add({9, 4, static_cast<std::uint8_t>(i), 0, 2, 0x0A, 0, 1, 0});
     add({7, 5, 0x86, 2, 0, 2, 0});
@@ -101,11 +100,12 @@ std::vector<std::uint8_t> UmockProbe::Port::descriptors() const {
        kUsbInterfaceProtocol, 0});
   add({7, 5, kind.out, 2, 0, 2, 0});
   add({7, 5, kind.in, 2, 0, 2, 0});
-  std::vector<std::uint8_t> all = {18, 1,  0,  2,  0, 0, 0, 64, low(kUsbVendor), low(kUsbVendor >> 8),
-                                   low(kUsbProduct), low(kUsbProduct >> 8), 0, 1, 1, 2, 3, 1};
+  std::vector<std::uint8_t> all = {
+      18, 1, 0, 2, 0, 0, 0, 64, low(kUsbVendor), low(kUsbVendor >> 8), low(kUsbProduct), low(kUsbProduct >> 8),
+      0,  1, 1, 2, 3, 1};
   const auto total = static_cast<unsigned>(9 + interfaces.size());
-  all.insert(all.end(), {9, 2, low(total), low(total >> 8), low(static_cast<unsigned>(kind.interfaces_before + 1)), 1, 0,
-                         0x80, 50});
+  all.insert(all.end(), {9, 2, low(total), low(total >> 8), low(static_cast<unsigned>(kind.interfaces_before + 1)), 1,
+                         0, 0x80, 50});
   all.insert(all.end(), interfaces.begin(), interfaces.end());
   return all;
 }
@@ -168,8 +168,12 @@ gboolean UmockProbe::Port::on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* cli
     }
     Device& d = **opened;
     switch (request) {
-      case USBDEVFS_REAPURBNDELAY: failed = port.reap(d, address); break;
-      case USBDEVFS_DISCARDURB: failed = discard(d, address); break;
+      case USBDEVFS_REAPURBNDELAY:
+        failed = port.reap(d, address);
+        break;
+      case USBDEVFS_DISCARDURB:
+        failed = discard(d, address);
+        break;
       case USBDEVFS_RELEASEINTERFACE:
         if (d.claimed_by == client) d.claimed_by = nullptr;
         break;
@@ -199,8 +203,12 @@ gboolean UmockProbe::Port::on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* cli
         failed = d.alive ? 0 : ENODEV;
         ++port.halts_cleared;
         break;
-      case USBDEVFS_SUBMITURB: failed = d.alive ? port.submit(d, address) : ENODEV; break;
-      default: failed = ENOTTY; break;
+      case USBDEVFS_SUBMITURB:
+        failed = d.alive ? port.submit(d, address) : ENODEV;
+        break;
+      default:
+        failed = ENOTTY;
+        break;
     }
   }
   umockdev_ioctl_client_complete(client, failed == 0 ? 0 : -1, failed);
@@ -302,7 +310,8 @@ int UmockProbe::Port::reap(Device& d, UMockdevIoctlData* address) {
 int UmockProbe::Port::discard(Device& d, UMockdevIoctlData* address) {
   gulong wanted = 0;
   std::memcpy(&wanted, address->data, sizeof wanted);
-  const auto it = std::find_if(d.reads.begin(), d.reads.end(), [&](const Urb& u) { return u.urb->client_addr == wanted; });
+  const auto it =
+      std::find_if(d.reads.begin(), d.reads.end(), [&](const Urb& u) { return u.urb->client_addr == wanted; });
   if (it == d.reads.end()) return EINVAL;
   usbdevfs_urb urb{};
   std::memcpy(&urb, it->urb->data, sizeof urb);

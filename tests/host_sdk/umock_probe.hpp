@@ -1,7 +1,7 @@
 // A probe on USB by umockdev, for the unmodified libusb: what the kernel's usbfs would do, without a kernel's help.
 //
-// The program runs with LD_PRELOAD=libumockdev-preload.so.0 (CMakeLists.txt), which leads /sys, udev's events, open() and
-// ioctl() here. The node is a regular file, which poll() finds always ready: libusb asks again and again instead of
+// The program runs with LD_PRELOAD=libumockdev-preload.so.0 (CMakeLists.txt), which leads /sys, udev's events, open()
+// and ioctl() here. The node is a regular file, which poll() finds always ready: libusb asks again and again instead of
 // sleeping, so that nothing is to be learnt here of waiting and of time.
 #pragma once
 

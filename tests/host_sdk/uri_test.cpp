@@ -28,7 +28,8 @@ TEST(ProbeUri, NamesHostAndPort) {
 TEST(ProbeUri, ANameInLocalIsOneOfMulticastDns) {
   for (const char* name : {"attic.local:7420", "ATTIC.LOCAL:1", "attic.local.:7420", "east.attic.local:7420"})
     EXPECT_TRUE(is_mdns_name(name)) << name;
-  for (const char* other : {"local:7420", ".local:7420", "attic.localhost:7420", "attic.local.example:7420", "10.0.0.7:7420", "[::1]:7420"})
+  for (const char* other :
+       {"local:7420", ".local:7420", "attic.localhost:7420", "attic.local.example:7420", "10.0.0.7:7420", "[::1]:7420"})
     EXPECT_FALSE(is_mdns_name(other)) << other;
 }
 
@@ -70,11 +71,31 @@ TEST(ProbeUri, NamesAProbeOnUsb) {
 }
 
 TEST(ProbeUri, RefusalsSayWhatWouldBeRight) {
-  for (const char* bad :
-       {"", "probe.local", "http://x", "grpc://", "grpc://:7420", "grpc://x:", "grpc://x:0",
-        "grpc://x:70000", "grpc://x:7420x", "grpc://::1", "grpc://x/y", "grpc://[]:1",
-        "grpcs://", "grpcs://x:0", "grpcs:/x", "grpcsx://x",
-        "usb://x", "usb:a b", "usb:a?speed=2", "usb:\xff", "usb", "replay:", "replay:x?speed=-1", "replay:x?speed=fast", "replay:x?speed=inf"}) {
+  for (const char* bad : {"",
+                          "probe.local",
+                          "http://x",
+                          "grpc://",
+                          "grpc://:7420",
+                          "grpc://x:",
+                          "grpc://x:0",
+                          "grpc://x:70000",
+                          "grpc://x:7420x",
+                          "grpc://::1",
+                          "grpc://x/y",
+                          "grpc://[]:1",
+                          "grpcs://",
+                          "grpcs://x:0",
+                          "grpcs:/x",
+                          "grpcsx://x",
+                          "usb://x",
+                          "usb:a b",
+                          "usb:a?speed=2",
+                          "usb:\xff",
+                          "usb",
+                          "replay:",
+                          "replay:x?speed=-1",
+                          "replay:x?speed=fast",
+                          "replay:x?speed=inf"}) {
     const Result<ProbeUri> parsed = parse_probe_uri(bad);
     ASSERT_FALSE(parsed.ok()) << bad;
     EXPECT_EQ(parsed.status().code(), StatusCode::invalid_argument) << bad;

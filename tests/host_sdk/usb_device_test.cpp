@@ -1,11 +1,10 @@
 // The SDK's USB link and the real libusb, on a device by umockdev.
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <string_view>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -141,11 +140,12 @@ TEST(UsbDevice, NoneIsSaidClearlyAndComesWhenItIsPluggedIn) {
   device.unplug();
   ASSERT_TRUE(comes_true("the probe is missed", [&] { return probe->stats().state == LinkState::waiting; }));
   device.plug_in();
-  EXPECT_TRUE(comes_true("it is found by its event, not by looking again", [&] { return probe->stats().reconnects == 1; }));
+  EXPECT_TRUE(
+      comes_true("it is found by its event, not by looking again", [&] { return probe->stats().reconnects == 1; }));
 }
 
-/// Open handles but for the bed's own sockets, by which it answers ioctl: they are closed by its thread, later, and where
-/// two threads open and close devices at once its preloaded library keeps a pair of them for good.
+/// Open handles but for the bed's own sockets, by which it answers ioctl: they are closed by its thread, later, and
+/// where two threads open and close devices at once its preloaded library keeps a pair of them for good.
 std::ptrdiff_t handles_of_ours() {
   const auto named_by_the_bed = [](int fd, auto name_of) {
     sockaddr_un name{};
@@ -212,13 +212,14 @@ TEST(UsbDevice, MessagesOfEverySizeArrive) {
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   std::vector<std::string> sent;
   // Around the sizes of packets (512) and of transfers (16 KiB), header included, and the largest of all.
-  for (const std::size_t frame : {480U, 511U, 512U, 513U, 1024U, 16'383U, 16'384U, 16'385U, 32'768U, 49'152U, 65'568U}) {
+  for (const std::size_t frame :
+       {480U, 511U, 512U, 513U, 1024U, 16'383U, 16'384U, 16'385U, 32'768U, 49'152U, 65'568U}) {
     const std::string small = encoded(numbered(sent.size() + 1, 1));
     // Field 1000, bytes: what a later version may add.
     std::string filler(frame - 32 - small.size() - 5, 'x');
     const std::size_t n = filler.size();
-    const std::string head = {'\xC2', '\x3E', static_cast<char>((n & 127U) | 128U), static_cast<char>((n >> 7 & 127U) | 128U),
-                              static_cast<char>(n >> 14)};
+    const std::string head = {'\xC2', '\x3E', static_cast<char>((n & 127U) | 128U),
+                              static_cast<char>((n >> 7 & 127U) | 128U), static_cast<char>(n >> 14)};
     sent.push_back(small + head + filler);
     ASSERT_EQ(sent.back().size(), frame - 32);
     device.send(sent.back());

@@ -15,8 +15,8 @@ enum { no_registers = 0 };
 
 size_t qemu_plugin_tb_n_insns(const struct qemu_plugin_tb* block);
 void qemu_plugin_register_vcpu_tb_trans_cb(PluginId id, void (*translated)(PluginId, struct qemu_plugin_tb*));
-void qemu_plugin_register_vcpu_tb_exec_cb(struct qemu_plugin_tb* block, void (*executed)(unsigned, void*), int registers,
-                                          void* data);
+void qemu_plugin_register_vcpu_tb_exec_cb(struct qemu_plugin_tb* block, void (*executed)(unsigned, void*),
+                                          int registers, void* data);
 void qemu_plugin_register_atexit_cb(PluginId id, void (*ended)(PluginId, void*), void* data);
 
 #define EXPORT __attribute__((visibility("default")))
@@ -25,9 +25,7 @@ EXPORT int qemu_plugin_version = 1;
 
 // One for each thread of the program, so that none waits for another; a cache line each.
 enum { max_threads = 1024 };
-static struct {
-  _Alignas(64) uint64_t instructions;
-} counts[max_threads];
+static struct { _Alignas(64) uint64_t instructions; } counts[max_threads];
 static const char* out;
 
 static void executed(unsigned thread, void* instructions) {

@@ -1,5 +1,5 @@
-// Who finds light in frames of a marker, side by side: each looks at every frame once and answers afterwards, because the seed's
-// one threshold is chosen over all of them.
+// Who finds light in frames of a marker, side by side: each looks at every frame once and answers afterwards, because
+// the seed's one threshold is chosen over all of them.
 //   MarkerMethod       the interface
 //   make_seed_method       bench/s1_dodecahedron with our tag detector
 //   make_estimator_method  lightwelld's estimator
@@ -34,9 +34,10 @@ class MarkerMethod {
  public:
   virtual ~MarkerMethod() = default;
 
-  /// `shot` holds one frame of `rig`, which sees `body`. Shots of one picture come in a row, 1/30 s apart; of the next picture's
-  /// time nothing is said. Frames whose group is "grid" are those that a setting may be chosen over.
-  [[nodiscard]] virtual Status look(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body, const Shot& shot) = 0;
+  /// `shot` holds one frame of `rig`, which sees `body`. Shots of one picture come in a row, 1/30 s apart; of the next
+  /// picture's time nothing is said. Frames whose group is "grid" are those that a setting may be chosen over.
+  [[nodiscard]] virtual Status look(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body,
+                                    const Shot& shot) = 0;
   [[nodiscard]] virtual std::vector<MarkerColumn> columns() const = 0;
 };
 

@@ -59,9 +59,8 @@ int main() {
   const Pose pose{Quat::about({0, 1, 0}, 1), {}};
   for (const int lights : {0, 1, 8, 64}) {
     const Lighting lighting = room(lights);
-    report("to_arcore_us", lights, [&] {
-      return to_arcore(lighting, quick).value.environmentalHdrAmbientSphericalHarmonics[0];
-    });
+    report("to_arcore_us", lights,
+           [&] { return to_arcore(lighting, quick).value.environmentalHdrAmbientSphericalHarmonics[0]; });
     report("to_unreal_us", lights, [&] { return to_unreal(lighting, MainLight::apart, quick).value.R[0]; });
     report("to_arcore_with_residual_us", lights, [&] { return *to_arcore(lighting, full).residual; });
     report("in_world_us", lights, [&] { return lighting.in_world(pose).irradiance({0, 1, 0}).value.r; });

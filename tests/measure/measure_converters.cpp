@@ -1,6 +1,6 @@
-// Times what the v4l2 backend does to a driver's buffer before it is a picture of ours, beside memcpy of that picture in the
-// same run: 1280x960 of a real room through a fisheye. One JSON object a line for tests/figures: figure, value (time by that
-// of memcpy), ms, memcpy_gb_per_s, bytes (of the driver's picture).
+// Times what the v4l2 backend does to a driver's buffer before it is a picture of ours, beside memcpy of that picture
+// in the same run: 1280x960 of a real room through a fisheye. One JSON object a line for tests/figures: figure, value
+// (time by that of memcpy), ms, memcpy_gb_per_s, bytes (of the driver's picture).
 //   measure_converters PANORAMA
 #include <algorithm>
 #include <chrono>
@@ -8,9 +8,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <jpeglib.h>  // Wants <cstdio> before it.
-#include <linux/videodev2.h>
 #include <string>
 #include <vector>
+
+#include <linux/videodev2.h>
 
 #include "camera/backends/v4l2/converter.hpp"
 #include "measure/shots.hpp"
@@ -78,7 +79,8 @@ std::vector<std::byte> noise(std::size_t bytes) {
   return all;
 }
 
-void measure_one(const char* name, std::uint32_t fourcc, std::size_t bytes_per_line, const std::vector<std::byte>& driver) {
+void measure_one(const char* name, std::uint32_t fourcc, std::size_t bytes_per_line,
+                 const std::vector<std::byte>& driver) {
   const v4l2::Encoding* encoding = v4l2::encoding_of(fourcc);
   if (encoding == nullptr) fail(std::string(name) + " is no encoding");
   const auto layout = v4l2::layout_of(*encoding, kWidth, kHeight, bytes_per_line, driver.size(), false);
@@ -90,15 +92,17 @@ void measure_one(const char* name, std::uint32_t fourcc, std::size_t bytes_per_l
   for (int pass = 0; pass < kPasses; ++pass) {
     for (std::size_t k = 0; k < kBuffers; ++k)
       converting[k] = std::min(converting[k], seconds_of([&] {
-        if (!converter.convert(from[k], to[k])) fail(std::string(name) + ": no whole picture");
-      }));
+                                 if (!converter.convert(from[k], to[k])) fail(std::string(name) + ": no whole picture");
+                               }));
     for (std::size_t k = 0; k < kBuffers; ++k)
-      copying[k] = std::min(copying[k], seconds_of([&] { std::memcpy(to[(k + 1) % kBuffers].data(), to[k].data(), to[k].size()); }));
+      copying[k] = std::min(
+          copying[k], seconds_of([&] { std::memcpy(to[(k + 1) % kBuffers].data(), to[k].data(), to[k].size()); }));
   }
   double convert_s = 0, copy_s = 0;
   for (std::size_t k = 0; k < kBuffers; ++k) convert_s += converting[k] / kBuffers, copy_s += copying[k] / kBuffers;
-  std::printf("{\"figure\": \"convert.%s\", \"value\": %.4g, \"ms\": %.4g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %zu}\n", name,
-              convert_s / copy_s, 1e3 * convert_s, static_cast<double>(layout->picture_bytes) / copy_s * 1e-9, driver.size());
+  std::printf(
+      "{\"figure\": \"convert.%s\", \"value\": %.4g, \"ms\": %.4g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %zu}\n", name,
+      convert_s / copy_s, 1e3 * convert_s, static_cast<double>(layout->picture_bytes) / copy_s * 1e-9, driver.size());
   std::fflush(stdout);
 }
 

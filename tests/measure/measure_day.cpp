@@ -1,25 +1,25 @@
-// A day of a probe in minutes: as many descriptors as 30 a second make in 24 hours go from a real publisher over real gRPC to
-// real clients, one of which stays and others of which come and go; stamps advance by a thirtieth of a second each. Prints
-// what the process holds in the first three hours at most, at the end (of threads and handles the fewest at the last three hours' ends), and
-// at most in between: one JSON object a line for tests/figures (figure, value).
+// A day of a probe in minutes: as many descriptors as 30 a second make in 24 hours go from a real publisher over real
+// gRPC to real clients, one of which stays and others of which come and go; stamps advance by a thirtieth of a second
+// each. Prints what the process holds in the first three hours at most, at the end (of threads and handles the fewest
+// at the last three hours' ends), and at most in between: one JSON object a line for tests/figures (figure, value).
 //   measure_day [--hours H]      24
-//     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads... (without those of gRPC's pools);
-//     pool_threads.most (of the largest pool, at any look), pool_threads.bound; received, coalesced, reconnects
-#include <dirent.h>
-#include <unistd.h>
-
+//     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads... (without those of
+//     gRPC's pools); pool_threads.most (of the largest pool, at any look), pool_threads.bound; received, coalesced,
+//     reconnects
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <dirent.h>
 #include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <unistd.h>
 
 #include <lightwell/probe.hpp>
 #include <lightwell/status.hpp>
@@ -48,9 +48,9 @@ std::size_t entries_of(const char* folder) {
   return n;
 }
 
-/// Of gRPC 1.51, as the kernel shows their names: it starts threads there when work comes together, be it after hours. Executors keep
-/// them, at most two a core; the event engine has one a core and at least two, and one more a second while all are busy, which ends
-/// after 30 s without work: it has no bound of gRPC's, and is held to the same here.
+/// Of gRPC 1.51, as the kernel shows their names: it starts threads there when work comes together, be it after hours.
+/// Executors keep them, at most two a core; the event engine has one a core and at least two, and one more a second
+/// while all are busy, which ends after 30 s without work: it has no bound of gRPC's, and is held to the same here.
 constexpr std::array<std::string_view, 3> kPools{"default-executo", "resolver-execut", "event_engine"};
 
 double pool_bound() { return 2.0 * static_cast<double>(::sysconf(_SC_NPROCESSORS_CONF)); }
@@ -86,19 +86,22 @@ struct Held {
     std::ifstream statm("/proc/self/statm");
     double pages = 0, resident = 0;
     statm >> pages >> resident;
-    return {resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1024, static_cast<double>(entries_of("/proc/self/fd")),
-            threads.others, threads.largest_pool};
+    return {resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1024,
+            static_cast<double>(entries_of("/proc/self/fd")), threads.others, threads.largest_pool};
   }
   [[nodiscard]] Held largest(const Held& o) const {
     return {std::max(rss_kb, o.rss_kb), std::max(fds, o.fds), std::max(threads, o.threads),
             std::max(largest_pool, o.largest_pool)};
   }
   /// This memory; of what comes and goes the fewer.
-  [[nodiscard]] Held fewest(const Held& o) const { return {rss_kb, std::min(fds, o.fds), std::min(threads, o.threads), largest_pool}; }
+  [[nodiscard]] Held fewest(const Held& o) const {
+    return {rss_kb, std::min(fds, o.fds), std::min(threads, o.threads), largest_pool};
+  }
   void print(const char* when) const {
-    std::printf("{\"figure\": \"rss_kb.%s\", \"value\": %.0f}\n{\"figure\": \"fds.%s\", \"value\": %.0f}\n"
-                "{\"figure\": \"threads.%s\", \"value\": %.0f}\n",
-                when, rss_kb, when, fds, when, threads);
+    std::printf(
+        "{\"figure\": \"rss_kb.%s\", \"value\": %.0f}\n{\"figure\": \"fds.%s\", \"value\": %.0f}\n"
+        "{\"figure\": \"threads.%s\", \"value\": %.0f}\n",
+        when, rss_kb, when, fds, when, threads);
   }
 };
 
@@ -146,7 +149,8 @@ Descriptor at_frame(std::uint64_t n) {
 int main(int argc, char** argv) {
   double hours = 24;
   if (argc == 3 && std::strcmp(argv[1], "--hours") == 0) hours = std::atof(argv[2]);
-  if ((argc != 1 && argc != 3) || !(hours >= 4)) return std::fprintf(stderr, "usage: measure_day [--hours H], at least 4\n"), 2;
+  if ((argc != 1 && argc != 3) || !(hours >= 4))
+    return std::fprintf(stderr, "usage: measure_day [--hours H], at least 4\n"), 2;
 
   NoCommands commands;
   Publisher publisher;
@@ -157,10 +161,11 @@ int main(int argc, char** argv) {
   if (!stays) fail(stays.status().message());
 
   const auto frames = static_cast<std::uint64_t>(hours * 3600 * kRate);
-  const auto hour = static_cast<std::uint64_t>(3600 * kRate), visit = static_cast<std::uint64_t>(60 * kMinutesBetweenClients * kRate);
+  const auto hour = static_cast<std::uint64_t>(3600 * kRate),
+             visit = static_cast<std::uint64_t>(60 * kMinutesBetweenClients * kRate);
   std::optional<Probe> visitor;
-  // The clients that come and go have threads and handles at their ends: as many as at most in the first hours may be there at some of
-  // the last looks, and what leaks is there at all of them.
+  // The clients that come and go have threads and handles at their ends: as many as at most in the first hours may be
+  // there at some of the last looks, and what leaks is there at all of them.
   constexpr std::uint64_t kSettling = 3;
   Held settled, half, most, last;
   for (std::uint64_t n = 1; n <= frames; ++n) {

@@ -1,8 +1,10 @@
 // Prints one JSON object a line for every row of the figure `extremes`:
-//   {"figure": "extremes.ROW", "value": NUMBER, "flagged": SHARE, "answers": N, "refused": N, "unsound": N, "missed": N,
+//   {"figure": "extremes.ROW", "value": NUMBER, "flagged": SHARE, "answers": N, "refused": N, "unsound": N, "missed":
+//   N,
 //    "lies": N, "worst_error": E, "worst_over_bound": R, "worst_case": TEXT, ...}
 //   measure_extremes [ROW...]   rows whose name begins with one of these; all where none is given
-// Scenes and seeds are fixed in tests/firmware/estimate/extremes; what is asked of each row is for tests/figures to say.
+// Scenes and seeds are fixed in tests/firmware/estimate/extremes; what is asked of each row is for tests/figures to
+// say.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -29,12 +31,14 @@ bool asked(const std::string& row) {
 }
 
 void number(const char* name, double value) {
-  if (std::isfinite(value)) std::printf(", \"%s\": %.6g", name, value);
-  else std::printf(", \"%s\": null", name);
+  if (std::isfinite(value))
+    std::printf(", \"%s\": %.6g", name, value);
+  else
+    std::printf(", \"%s\": null", name);
 }
 
-void print(const std::string& row, double value, const Tally& t, std::initializer_list<std::pair<const char*, double>> more = {},
-           const std::string& worst_case = {}) {
+void print(const std::string& row, double value, const Tally& t,
+           std::initializer_list<std::pair<const char*, double>> more = {}, const std::string& worst_case = {}) {
   std::printf("{\"figure\": \"extremes.%s\"", row.c_str());
   number("value", value);
   number("flagged", t.flagged_share());
@@ -80,7 +84,8 @@ void rooms() {
   }
   if (asked("turn")) {
     const TurnRow r = turned_rooms(6, 8);
-    print("turn", r.worst, r.tally, {{"beyond_both_bounds", r.beyond_both_bounds}, {"direction_deg", r.worst_direction_deg}});
+    print("turn", r.worst, r.tally,
+          {{"beyond_both_bounds", r.beyond_both_bounds}, {"direction_deg", r.worst_direction_deg}});
   }
   if (asked("thousand_lights")) print("thousand_lights", thousand_lights(8));
 }
@@ -99,29 +104,39 @@ void spots() {
     const char* kind;
     int width, height, anywhere;
   };
-  for (const Size& size : {Size{"pair", 640, 480, 300}, Size{"pair", 1280, 960, 100}, Size{"double_sphere", 640, 480, 100}, Size{"equirect", 1024, 512, 100}})
+  for (const Size& size : {Size{"pair", 640, 480, 300}, Size{"pair", 1280, 960, 100},
+                           Size{"double_sphere", 640, 480, 100}, Size{"equirect", 1024, 512, 100}})
     for (const double diameter : {0.5, 1.0, 2.0, 5.0})
       for (const Setting setting : kSettings) {
         if (setting != Setting::balanced && size.anywhere != 300) continue;
         char row[120];
-        std::snprintf(row, sizeof row, "direction.%s_%d.%g_deg.%s", size.kind, size.width, diameter, std::string(to_string(setting)).c_str());
+        std::snprintf(row, sizeof row, "direction.%s_%d.%g_deg.%s", size.kind, size.width, diameter,
+                      std::string(to_string(setting)).c_str());
         if (!asked(row)) continue;
         const RigParameters rig = rig_of(size.kind, size.width, size.height);
-        print(row, light_direction(rig, diameter, size.anywhere, setting), {{"pixel_deg", Studio(rig).pixel_rad() * 57.29577951}});
+        print(row, light_direction(rig, diameter, size.anywhere, setting),
+              {{"pixel_deg", Studio(rig).pixel_rad() * 57.29577951}});
       }
 }
 
 void closing() {
   for (const double second : {1.0, 0.6})
     for (const PixelFormat format : {PixelFormat::rgb_f32, PixelFormat::rgb8})
-      for (const EstimatorConfig& config : {choice(Setting::fast, 0.01), choice(Setting::balanced, 0.01), choice(Setting::balanced, 0), choice(Setting::exact, 0.01)}) {
+      for (const EstimatorConfig& config : {choice(Setting::fast, 0.01), choice(Setting::balanced, 0.01),
+                                            choice(Setting::balanced, 0), choice(Setting::exact, 0.01)}) {
         char row[120];
-        std::snprintf(row, sizeof row, "two_lights.%s_%s.%s%s", second < 1 ? "unlike" : "alike", format == PixelFormat::rgb8 ? "rgb8" : "ideal",
-                      std::string(to_string(config.setting)).c_str(), config.epsilon > 0 ? "" : "_all");
+        std::snprintf(row, sizeof row, "two_lights.%s_%s.%s%s", second < 1 ? "unlike" : "alike",
+                      format == PixelFormat::rgb8 ? "rgb8" : "ideal", std::string(to_string(config.setting)).c_str(),
+                      config.epsilon > 0 ? "" : "_all");
         if (!asked(row)) continue;
         const TwoLightsRow r = two_lights(config, format, second);
         print(row, r.worst_energy, r.tally,
-              {{"jump", r.worst_jump}, {"tracks", r.tracks}, {"swaps", r.swaps}, {"choices", r.choices}, {"flickers", r.flickers}}, r.worst_case);
+              {{"jump", r.worst_jump},
+               {"tracks", r.tracks},
+               {"swaps", r.swaps},
+               {"choices", r.choices},
+               {"flickers", r.flickers}},
+              r.worst_case);
       }
 }
 

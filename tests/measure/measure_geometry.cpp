@@ -1,5 +1,5 @@
-// Calibrates simulated lenses many times and prints how right the answers are and whether they know: one JSON object a line
-// for tests/figures (figure, value, and what else is worth knowing).
+// Calibrates simulated lenses many times and prints how right the answers are and whether they know: one JSON object a
+// line for tests/figures (figure, value, and what else is worth knowing).
 //   measure_geometry [TRIALS]     100 of each kind of lens, and of pairs
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,9 @@ double median(std::vector<double> v) {
 }
 double largest(const std::vector<double>& v) { return v.empty() ? NAN : *std::max_element(v.begin(), v.end()); }
 double least_share(const std::vector<int>& within, std::size_t of) {
-  return within.empty() || of == 0 ? NAN : static_cast<double>(*std::min_element(within.begin(), within.end())) / static_cast<double>(of);
+  return within.empty() || of == 0
+             ? NAN
+             : static_cast<double>(*std::min_element(within.begin(), within.end())) / static_cast<double>(of);
 }
 
 }  // namespace
@@ -46,7 +48,8 @@ int main(int argc, char** argv) {
     print(prefix + "direction_deg.median", median(t.direction_rad) / kDegree);
     print(prefix + "direction_deg.largest", largest(t.direction_rad) / kDegree);
     print(prefix + "direction_deg.share_within_0.05",
-          static_cast<double>(std::count_if(t.direction_rad.begin(), t.direction_rad.end(), [](double e) { return e <= 0.05 * kDegree; })) /
+          static_cast<double>(std::count_if(t.direction_rad.begin(), t.direction_rad.end(),
+                                            [](double e) { return e <= 0.05 * kDegree; })) /
               t.count);
     print(prefix + "focal.largest", largest(t.focal));
     print(prefix + "focal.median", median(t.focal));

@@ -1,5 +1,5 @@
-// How far coefficients by float and integer kernels are from the double oracle: one JSON object a line for tests/figures,
-// for every vector unit that this machine has and every pixel format. Runs under qemu-user too.
+// How far coefficients by float and integer kernels are from the double oracle: one JSON object a line for
+// tests/figures, for every vector unit that this machine has and every pixel format. Runs under qemu-user too.
 //   float_vs_double.<target>.<format>      the pass that the estimator takes for one exposure of this format
 //   float_vs_double.<target>.<format>_bracket   three exposures merged pixel by pixel (BlockPass)
 // The value is the largest deviation of a coefficient over the largest coefficient, the worst of all cases.
@@ -9,9 +9,9 @@
 #include <map>
 #include <string>
 
+#include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/code_pass.hpp"
-#include "estimate/common/row_reader.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/oracle_cases.hpp"
 
@@ -33,8 +33,8 @@ constexpr unsigned kSeeds[] = {1, 2};
 /// By figure.
 std::map<std::string, double> worst;
 
-void measure(test::OracleCase& c, const Rig& rig, const reference::RandomScene& scene, std::span<const double> exposures,
-             double fill, const char* suffix) {
+void measure(test::OracleCase& c, const Rig& rig, const reference::RandomScene& scene,
+             std::span<const double> exposures, double fill, const char* suffix) {
   const test::Shot shot = c.shoot(scene, exposures, fill);
   const estimate::BlockLayout& layout = c.layout(rig.edge);
   const estimate::CellGrid& grid = c.grid(rig.edge);

@@ -1,9 +1,7 @@
-// How old a descriptor is when latest() has it: clients of a running lightwelld on this machine, some of which never read.
-// One JSON object a line for tests/figures: p50, p99, largest (ms, over all clients that read, from the bytes being made to
-// latest()), received, gaps, and of the probe over the same time: frames, captures_dropped, coalesced.
+// How old a descriptor is when latest() has it: clients of a running lightwelld on this machine, some of which never
+// read. One JSON object a line for tests/figures: p50, p99, largest (ms, over all clients that read, from the bytes
+// being made to latest()), received, gaps, and of the probe over the same time: frames, captures_dropped, coalesced.
 //   measure_latency URI [--clients N] [--stalled N] [--seconds S] [--repeats N]
-#include <grpcpp/grpcpp.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -14,6 +12,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+#include <grpcpp/grpcpp.h>
 
 #include <lightwell/probe.hpp>
 #include <lightwell/v1/probe_service.grpc.pb.h>
@@ -38,7 +38,8 @@ class Stalled {
     // Room for a few descriptors and no more: it stalls within the second, not after 64 kB.
     arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-    stub_ = v1::ProbeService::NewStub(grpc::CreateCustomChannel(host_port, grpc::InsecureChannelCredentials(), arguments));
+    stub_ =
+        v1::ProbeService::NewStub(grpc::CreateCustomChannel(host_port, grpc::InsecureChannelCredentials(), arguments));
     stream_ = stub_->StreamDescriptors(&context_, {});
   }
   ~Stalled() {
@@ -62,7 +63,9 @@ struct Client {
 };
 
 double quantile(std::vector<double>& sorted, double share) {
-  return sorted.empty() ? 0 : sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+  return sorted.empty() ? 0
+                        : sorted[std::min(sorted.size() - 1,
+                                          static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
 }
 
 /// As the probe says itself; it is asked about once a second.
@@ -78,14 +81,22 @@ int main(int argc, char** argv) {
   double seconds = 5;
   std::string uri = argc > 1 ? argv[1] : "";
   for (int i = 2; i + 1 < argc; i += 2) {
-    if (std::strcmp(argv[i], "--clients") == 0) clients = std::atoi(argv[i + 1]);
-    else if (std::strcmp(argv[i], "--stalled") == 0) stalled = std::atoi(argv[i + 1]);
-    else if (std::strcmp(argv[i], "--repeats") == 0) repeats = std::atoi(argv[i + 1]);
-    else if (std::strcmp(argv[i], "--seconds") == 0) seconds = std::atof(argv[i + 1]);
-    else uri.clear();
+    if (std::strcmp(argv[i], "--clients") == 0)
+      clients = std::atoi(argv[i + 1]);
+    else if (std::strcmp(argv[i], "--stalled") == 0)
+      stalled = std::atoi(argv[i + 1]);
+    else if (std::strcmp(argv[i], "--repeats") == 0)
+      repeats = std::atoi(argv[i + 1]);
+    else if (std::strcmp(argv[i], "--seconds") == 0)
+      seconds = std::atof(argv[i + 1]);
+    else
+      uri.clear();
   }
   if (!uri.starts_with("grpc://") || argc % 2 != 0 || clients < 1)
-    return std::fprintf(stderr, "usage: measure_latency grpc://HOST:PORT [--clients N] [--stalled N] [--seconds S] [--repeats N]\n"), 2;
+    return std::fprintf(
+               stderr,
+               "usage: measure_latency grpc://HOST:PORT [--clients N] [--stalled N] [--seconds S] [--repeats N]\n"),
+           2;
   const double memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
 
   std::atomic<bool> counting{false};
@@ -127,12 +138,15 @@ int main(int argc, char** argv) {
     }
     for (const Probe& p : probes) gaps += p.stats().gaps;
     std::sort(all.begin(), all.end());
-    std::printf("{\"figure\": \"latency.%d.%d\", \"p50\": %.4g, \"p99\": %.4g, \"largest\": %.4g, \"received\": %zu, \"gaps\": %llu, "
-                "\"frames\": %llu, \"captures_dropped\": %llu, \"coalesced\": %llu, \"memcpy_gb_per_s\": %.3g}\n",
-                clients, stalled, quantile(all, 0.5), quantile(all, 0.99), all.empty() ? 0 : all.back(), all.size(),
-                static_cast<unsigned long long>(gaps - gaps_before), static_cast<unsigned long long>(after.frames - before.frames),
-                static_cast<unsigned long long>(after.captures_dropped - before.captures_dropped),
-                static_cast<unsigned long long>(after.descriptors_coalesced - before.descriptors_coalesced), memcpy_gb_per_s);
+    std::printf(
+        "{\"figure\": \"latency.%d.%d\", \"p50\": %.4g, \"p99\": %.4g, \"largest\": %.4g, \"received\": %zu, \"gaps\": "
+        "%llu, "
+        "\"frames\": %llu, \"captures_dropped\": %llu, \"coalesced\": %llu, \"memcpy_gb_per_s\": %.3g}\n",
+        clients, stalled, quantile(all, 0.5), quantile(all, 0.99), all.empty() ? 0 : all.back(), all.size(),
+        static_cast<unsigned long long>(gaps - gaps_before),
+        static_cast<unsigned long long>(after.frames - before.frames),
+        static_cast<unsigned long long>(after.captures_dropped - before.captures_dropped),
+        static_cast<unsigned long long>(after.descriptors_coalesced - before.descriptors_coalesced), memcpy_gb_per_s);
     std::fflush(stdout);
   }
   return 0;

@@ -1,14 +1,14 @@
-// Light from a marker on path-traced frames: prints one JSON object a line for tests/figures: figure, value (degrees between the
-// answered and the true direction from the body's centre), frames, flagged, unanswered (numbers of frames; those do not count into
-// the value).
+// Light from a marker on path-traced frames: prints one JSON object a line for tests/figures: figure, value (degrees
+// between the answered and the true direction from the body's centre), frames, flagged, unanswered (numbers of frames;
+// those do not count into the value).
 //   thesis.mean, .median, .PLACE, .BODY.VIEW     what the seed's author measured, with `where`
 //   COLUMN.ENCODING.setting                      what was chosen over all frames (the seed's threshold)
 //   COLUMN.ENCODING.GROUP.mean, .median, .worst  over a group of frames (grid, low, air)
 //   COLUMN.ENCODING.GROUP.PLACE.mean, .worst     lamp in front, front_right, right, back_right, behind
 //   COLUMN.ENCODING.GROUP.BODY.VIEW.mean         white or grey, straight or turned
 //   COLUMN.ENCODING.GROUP.BODY.VIEW.PLACE.mean   one case
-// Columns: measure/marker_methods.hpp. Encodings: srgb, linear. Sensor, exposure: measure/traced_frames.hpp; the same noise in
-// every run.
+// Columns: measure/marker_methods.hpp. Encodings: srgb, linear. Sensor, exposure: measure/traced_frames.hpp; the same
+// noise in every run.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -30,7 +30,8 @@ using namespace lightwell;
 
 constexpr const char* kUsage =
     "usage: measure_marker [--noisy N] [--frames FOLDER] [--bodies FOLDER]\n"
-    "Light from a marker on path-traced frames, one JSON object a line: the seed of the literature, and what it published.\n"
+    "Light from a marker on path-traced frames, one JSON object a line: the seed of the literature, and what it "
+    "published.\n"
     "  --noisy N         noisy 8-bit frames of each picture [10]\n"
     "  --frames FOLDER   with scenes.json and the pictures [tests/reference/mitsuba/marker]\n"
     "  --bodies FOLDER   with dodecahedron_100mm_{white,grey}.textproto [firmware/estimate/marker/bodies]\n"
@@ -85,10 +86,12 @@ void print(const std::string& figure, double value, const Errors& of) {
 }
 
 void print(const bench::S1Published& p) {
-  std::printf("{\"figure\": \"thesis.%s\", \"value\": %.5g, \"percent\": %.5g, \"where\": \"%s\"}\n", p.what, p.degrees(), p.percent, p.where);
+  std::printf("{\"figure\": \"thesis.%s\", \"value\": %.5g, \"percent\": %.5g, \"where\": \"%s\"}\n", p.what,
+              p.degrees(), p.percent, p.where);
 }
 
-void print(const measure::MarkerColumn& column, const std::string& encoding, const std::vector<const measure::TracedFrame*>& looked_at) {
+void print(const measure::MarkerColumn& column, const std::string& encoding,
+           const std::vector<const measure::TracedFrame*>& looked_at) {
   const std::string name = column.name + "." + encoding;
   if (column.setting > 0) std::printf("{\"figure\": \"%s.setting\", \"value\": %.5g}\n", name.c_str(), column.setting);
   std::map<std::string, Errors> groups, places, views, cases;

@@ -1,11 +1,10 @@
-// What lightwelld's marker estimator says of pictures that are hard, or no pictures of the marker at all: one JSON object a line for every
-// case (tests/firmware/estimate/marker/extreme_scenes.cpp) and seed of its noise:
+// What lightwelld's marker estimator says of pictures that are hard, or no pictures of the marker at all: one JSON
+// object a line for every case (tests/firmware/estimate/marker/extreme_scenes.cpp) and seed of its noise:
 //   extreme                 which case
-//   outcome                 refused, flagged, right, wrong (judge_extreme in extreme_scenes.hpp); of a sequence of frames, its worst
-//   easy                    whether nothing keeps this one from being answered
-//   error_deg, sigma_deg    of the strongest light that was answered; null where there is none
-//   deviations2             the error's squared Mahalanobis distance
-//   why                     the refusal's message, the flags, what is wrong
+//   outcome                 refused, flagged, right, wrong (judge_extreme in extreme_scenes.hpp); of a sequence of
+//   frames, its worst easy                    whether nothing keeps this one from being answered error_deg, sigma_deg
+//   of the strongest light that was answered; null where there is none deviations2             the error's squared
+//   Mahalanobis distance why                     the refusal's message, the flags, what is wrong
 // Usage: --help.
 #include <algorithm>
 #include <cmath>
@@ -42,13 +41,17 @@ void print_number(const char* name, bool there, double value) {
 void tell(const Verdict& v) {
   const lightwell::MarkerReport& r = v.report;
   const lightwell::marker::ChosenLight& l = r.light;
-  std::fprintf(stderr, "  tags %d%s, patches %d, faces %d, small %d, uneven %d, covered %d, clipped %d; used %d, left out %d, chi2 %.2f%s%s\n", r.body.tags,
-               r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small, r.counts.uneven, r.counts.covered, r.counts.clipped, l.used,
-               l.left_out, l.chi_square, l.around == lightwell::marker::Around::shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
+  std::fprintf(stderr,
+               "  tags %d%s, patches %d, faces %d, small %d, uneven %d, covered %d, clipped %d; used %d, left out %d, "
+               "chi2 %.2f%s%s\n",
+               r.body.tags, r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small,
+               r.counts.uneven, r.counts.covered, r.counts.clipped, l.used, l.left_out, l.chi_square,
+               l.around == lightwell::marker::Around::shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
   for (const lightwell::marker::ChosenLamp& lamp : l.lamps) {
     const lightwell::Vec3d& d = lamp.lamp.direction;
-    std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) 1/m %.2f, irradiance %.4g, sigma %.2f deg%s%s\n", d.x, d.y, d.z, lamp.lamp.inverse_distance,
-                 lamp.lamp.irradiance[1], 57.3 * std::sqrt(std::max(lamp.direction_covariance[0], lamp.direction_covariance[2])),
+    std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) 1/m %.2f, irradiance %.4g, sigma %.2f deg%s%s\n", d.x, d.y, d.z,
+                 lamp.lamp.inverse_distance, lamp.lamp.irradiance[1],
+                 57.3 * std::sqrt(std::max(lamp.direction_covariance[0], lamp.direction_covariance[2])),
                  lamp.near ? ", near" : "", lamp.unsure ? ", unsure" : "");
   }
 }
@@ -59,7 +62,8 @@ int measure(const std::string& bodies, const std::string& part, int seeds, bool 
     const ExtremePicture picture(std::move(one));
     for (int seed = 1; seed <= seeds; ++seed) {
       const Verdict v = picture.worst(static_cast<std::uint64_t>(seed));
-      std::printf("{\"extreme\": %s, \"outcome\": \"%s\", \"easy\": %s", lightwell::json_string(picture.what().name).c_str(), name_of(v.outcome),
+      std::printf("{\"extreme\": %s, \"outcome\": \"%s\", \"easy\": %s",
+                  lightwell::json_string(picture.what().name).c_str(), name_of(v.outcome),
                   picture.what().easy ? "true" : "false");
       print_number("error_deg", v.direction.has_value(), v.error_deg);
       print_number("sigma_deg", v.direction.has_value(), v.sigma_deg);

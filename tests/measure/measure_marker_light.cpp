@@ -1,13 +1,20 @@
 // What lightwelld's marker estimator says of path-traced frames, one JSON object a line for every noisy 8-bit frame:
 //   frame, group, body, view, place   which one (tests/reference/mitsuba/marker/scenes.json)
 //   answered, unsure                  whether there is a descriptor; whether it says that its light is not sure
-//   error_deg, sigma_deg, deviations2 of the strongest true lamp's direction from the nearest answered one of the strongest two: the angle, the
-//                                     answer's standard deviation along it, and the error's squared Mahalanobis distance (two numbers)
-//   lamps                             of each true lamp: error_deg, color (largest relative error of r, g, b with their sum made equal),
-//                                     irradiance (relative error of their sum), position (error as a share of its distance; where the answer is near)
-//   irradiance_rms, strongest_share, faces_lit   in a room: the irradiance's error over normals within 60 degrees of the camera, relative RMS; how much of what
-//                                     meets a surface that faces it comes from the strongest light, and how many seen faces that lights
-//   found, near, shadow               how many lamps were answered, whether the first is near, whether the table's shadow told too
+//   error_deg, sigma_deg, deviations2 of the strongest true lamp's direction from the nearest answered one of the
+//   strongest two: the angle, the
+//                                     answer's standard deviation along it, and the error's squared Mahalanobis
+//                                     distance (two numbers)
+//   lamps                             of each true lamp: error_deg, color (largest relative error of r, g, b with their
+//   sum made equal),
+//                                     irradiance (relative error of their sum), position (error as a share of its
+//                                     distance; where the answer is near)
+//   irradiance_rms, strongest_share, faces_lit   in a room: the irradiance's error over normals within 60 degrees of
+//   the camera, relative RMS; how much of what
+//                                     meets a surface that faces it comes from the strongest light, and how many seen
+//                                     faces that lights
+//   found, near, shadow               how many lamps were answered, whether the first is near, whether the table's
+//   shadow told too
 // Usage: --help.
 #include <algorithm>
 #include <cmath>
@@ -29,7 +36,8 @@ namespace {
 using namespace lightwell;
 
 constexpr const char* kUsage =
-    "usage: measure_marker_light [--noisy N] [--group NAME] [--frame NAME] [--linear] [--frames FOLDER] [--bodies FOLDER]\n"
+    "usage: measure_marker_light [--noisy N] [--group NAME] [--frame NAME] [--linear] [--frames FOLDER] [--bodies "
+    "FOLDER]\n"
     "What the marker estimator says of path-traced frames, one JSON object a line.\n"
     "  --noisy N         noisy 8-bit frames of each picture [10]\n"
     "  --group NAME      grid, low, air, two, near, panorama, ... [all]\n"
@@ -58,15 +66,19 @@ Turn turn_of(Vec3d from, Vec3d to) {
 double sum(const std::array<double, 3>& c) { return c[0] + c[1] + c[2]; }
 
 void print(const measure::TracedFrame& frame, bool answered, const Descriptor& out, const MarkerReport& report) {
-  std::printf("{\"frame\": \"%s\", \"group\": \"%s\", \"body\": \"%s\", \"view\": \"%s\", \"place\": \"%s\", \"answered\": %s", frame.name.c_str(),
-              frame.group.c_str(), frame.body.c_str(), frame.view.c_str(), frame.place.c_str(), answered ? "true" : "false");
+  std::printf(
+      "{\"frame\": \"%s\", \"group\": \"%s\", \"body\": \"%s\", \"view\": \"%s\", \"place\": \"%s\", \"answered\": %s",
+      frame.name.c_str(), frame.group.c_str(), frame.body.c_str(), frame.view.c_str(), frame.place.c_str(),
+      answered ? "true" : "false");
   if (!answered) {
     std::printf(", \"unsure\": true}\n");
     return;
   }
   const auto& lamps = report.light.lamps;
-  std::printf(", \"unsure\": %s, \"found\": %zu, \"shadow\": %s, \"near\": %s", out.flags.has(Flag::unsure) ? "true" : "false", lamps.size(),
-              report.light.around == marker::Around::shadow ? "true" : "false", !lamps.empty() && lamps[0].near ? "true" : "false");
+  std::printf(", \"unsure\": %s, \"found\": %zu, \"shadow\": %s, \"near\": %s",
+              out.flags.has(Flag::unsure) ? "true" : "false", lamps.size(),
+              report.light.around == marker::Around::shadow ? "true" : "false",
+              !lamps.empty() && lamps[0].near ? "true" : "false");
   if (!frame.normals.empty()) {
     double squares = 0, truth = 0;
     for (std::size_t i = 0; i < frame.normals.size(); ++i) {
@@ -77,10 +89,11 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
         truth += std::pow(frame.irradiance[i][c], 2);
       }
     }
-    std::printf(", \"irradiance_rms\": %.4g, \"strongest_share\": %.3g, \"faces_lit\": %d", std::sqrt(squares / truth), frame.strongest_share,
-                frame.lamps[0].seen_faces_lit);
+    std::printf(", \"irradiance_rms\": %.4g, \"strongest_share\": %.3g, \"faces_lit\": %d", std::sqrt(squares / truth),
+                frame.strongest_share, frame.lamps[0].seen_faces_lit);
   }
-  std::printf(", \"left_out\": %d, \"used\": %d, \"chi2\": %.3g", report.light.left_out, report.light.used, report.light.chi_square);
+  std::printf(", \"left_out\": %d, \"used\": %d, \"chi2\": %.3g", report.light.left_out, report.light.used,
+              report.light.chi_square);
   if (!lamps.empty() && !frame.lamps.empty()) {
     const Vec3d truth = frame.lamps[0].direction;
     // Of two lamps the weaker may be answered first.
@@ -90,24 +103,28 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
     const auto& c = lamps[which].direction_covariance;
     const Turn t = turn_of(lamps[which].lamp.direction, truth);
     const double det = c[0] * c[2] - c[1] * c[1];
-    const double along = t.angle > 0 ? (c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / (t.angle * t.angle) : c[0];
-    std::printf(", \"error_deg\": %.4g, \"sigma_deg\": %.4g, \"deviations2\": %.4g", t.angle / kDegree, std::sqrt(along) / kDegree,
-                (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det);
+    const double along =
+        t.angle > 0 ? (c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / (t.angle * t.angle) : c[0];
+    std::printf(", \"error_deg\": %.4g, \"sigma_deg\": %.4g, \"deviations2\": %.4g", t.angle / kDegree,
+                std::sqrt(along) / kDegree, (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det);
     std::printf(", \"lamps\": [");
     for (std::size_t i = 0; i < frame.lamps.size(); ++i) {
       const measure::TracedLamp& lamp = frame.lamps[i];
       const marker::ChosenLamp* nearest = &lamps[0];
       for (const marker::ChosenLamp& one : lamps)
-        if (angle_between(one.lamp.direction, lamp.direction) < angle_between(nearest->lamp.direction, lamp.direction)) nearest = &one;
+        if (angle_between(one.lamp.direction, lamp.direction) < angle_between(nearest->lamp.direction, lamp.direction))
+          nearest = &one;
       const auto& e = nearest->lamp.irradiance;
       double color = 0;
       for (std::size_t k = 0; k < 3; ++k)
         color = std::max(color, std::abs(e[k] / sum(e) * sum(lamp.irradiance) / lamp.irradiance[k] - 1));
       std::printf("%s{\"error_deg\": %.4g, \"color\": %.4g, \"irradiance\": %.4g", i == 0 ? "" : ", ",
-                  angle_between(nearest->lamp.direction, lamp.direction) / kDegree, color, sum(e) / sum(lamp.irradiance) - 1);
+                  angle_between(nearest->lamp.direction, lamp.direction) / kDegree, color,
+                  sum(e) / sum(lamp.irradiance) - 1);
       if (nearest->near && lamp.distance_m > 0) {
         const Vec3d at = nearest->lamp.direction * (1 / nearest->lamp.inverse_distance);
-        std::printf(", \"position\": %.4g, \"distance\": %.4g", length(at - lamp.direction * lamp.distance_m) / lamp.distance_m,
+        std::printf(", \"position\": %.4g, \"distance\": %.4g",
+                    length(at - lamp.direction * lamp.distance_m) / lamp.distance_m,
                     1 / nearest->lamp.inverse_distance / lamp.distance_m - 1);
       }
       std::printf("}");
@@ -120,17 +137,23 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
 void tell(const measure::TracedFrame& frame, const MarkerReport& report) {
   const Pose off = compose(inverse(frame.probe_body), report.body.probe_body.pose);
   const auto& c = report.body.probe_body.covariance;
-  std::fprintf(stderr, "  pose off by %.3f deg (sigma %.3f), %.4f of its distance\n", 2 * std::acos(std::min(1.0, std::abs(off.rotation.w))) / kDegree,
+  std::fprintf(stderr, "  pose off by %.3f deg (sigma %.3f), %.4f of its distance\n",
+               2 * std::acos(std::min(1.0, std::abs(off.rotation.w))) / kDegree,
                std::sqrt(c[0][0] + c[1][1] + c[2][2]) / kDegree,
-               length(report.body.probe_body.pose.translation - frame.probe_body.translation) / length(frame.probe_body.translation));
+               length(report.body.probe_body.pose.translation - frame.probe_body.translation) /
+                   length(frame.probe_body.translation));
   const auto& l = report.light;
-  std::fprintf(stderr, "  patches %d faces %d small %d uneven %d clipped %d used %d left out %d chi2 %.2f shadow %d tags %d ambient %.3f (%.3f %.3f %.3f)\n",
-               report.counts.patches, report.counts.faces, report.counts.small, report.counts.uneven, report.counts.clipped, l.used, l.left_out,
-               l.chi_square, l.around == marker::Around::shadow, report.body.tags, l.ambient[0][1], l.ambient[1][1], l.ambient[2][1], l.ambient[3][1]);
+  std::fprintf(stderr,
+               "  patches %d faces %d small %d uneven %d clipped %d used %d left out %d chi2 %.2f shadow %d tags %d "
+               "ambient %.3f (%.3f %.3f %.3f)\n",
+               report.counts.patches, report.counts.faces, report.counts.small, report.counts.uneven,
+               report.counts.clipped, l.used, l.left_out, l.chi_square, l.around == marker::Around::shadow,
+               report.body.tags, l.ambient[0][1], l.ambient[1][1], l.ambient[2][1], l.ambient[3][1]);
   for (const marker::ChosenLamp& lamp : l.lamps)
-    std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) w %.2f +- %.2f irradiance %.3f %.3f %.3f sigma %.2f deg%s%s\n", lamp.lamp.direction.x, lamp.lamp.direction.y,
-                 lamp.lamp.direction.z, lamp.lamp.inverse_distance, lamp.inverse_distance_sigma, lamp.lamp.irradiance[0], lamp.lamp.irradiance[1],
-                 lamp.lamp.irradiance[2], std::sqrt(std::max(lamp.direction_covariance[0], lamp.direction_covariance[2])) / kDegree,
+    std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) w %.2f +- %.2f irradiance %.3f %.3f %.3f sigma %.2f deg%s%s\n",
+                 lamp.lamp.direction.x, lamp.lamp.direction.y, lamp.lamp.direction.z, lamp.lamp.inverse_distance,
+                 lamp.inverse_distance_sigma, lamp.lamp.irradiance[0], lamp.lamp.irradiance[1], lamp.lamp.irradiance[2],
+                 std::sqrt(std::max(lamp.direction_covariance[0], lamp.direction_covariance[2])) / kDegree,
                  lamp.near ? " near" : "", lamp.unsure ? " unsure" : "");
 }
 

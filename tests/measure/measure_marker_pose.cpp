@@ -1,12 +1,12 @@
-// How long a body's pose takes and how good it is: a dodecahedron of 10 cm in pictures of 1280x960, one thread. Prints one
-// JSON object a line for tests/figures. Times are the thread's on its processor: a picture's best of five, then the mean
-// over twelve attitudes.
-//   marker_pose.tracked.*      a picture in which the body is expected: all of track() and its parts, by width of the body
-//   marker_pose.search.*       a first picture: nothing is expected; .no_body: and nothing is there
+// How long a body's pose takes and how good it is: a dodecahedron of 10 cm in pictures of 1280x960, one thread. Prints
+// one JSON object a line for tests/figures. Times are the thread's on its processor: a picture's best of five, then the
+// mean over twelve attitudes.
+//   marker_pose.tracked.*      a picture in which the body is expected: all of track() and its parts, by width of the
+//   body marker_pose.search.*       a first picture: nothing is expected; .no_body: and nothing is there
 //   marker_pose.pose_only.*    find_body_pose from tags, with a prediction and without
 //   marker_pose.part.D.WORK    the expected part alone, made D times smaller, by what becomes of corners
-// Accuracies, of poses that are not flagged: direction of the body's axes, deg; place, % of the distance; rms of the twelve
-// and largest; normalized: mean of e' C⁻¹ e / 6.
+// Accuracies, of poses that are not flagged: direction of the body's axes, deg; place, % of the distance; rms of the
+// twelve and largest; normalized: mean of e' C⁻¹ e / 6.
 //   measure_marker_pose [--quick]     two attitudes: that it runs
 #include <algorithm>
 #include <cmath>
@@ -31,8 +31,8 @@ constexpr int kRounds = 5;
 double memcpy_gb_per_s = 0;
 
 void print(const std::string& figure, double value, const char* unit) {
-  std::printf("{\"figure\": \"marker_pose.%s\", \"value\": %.4g, \"unit\": \"%s\", \"memcpy_gb_per_s\": %.3g}\n", figure.c_str(),
-              value, unit, memcpy_gb_per_s);
+  std::printf("{\"figure\": \"marker_pose.%s\", \"value\": %.4g, \"unit\": \"%s\", \"memcpy_gb_per_s\": %.3g}\n",
+              figure.c_str(), value, unit, memcpy_gb_per_s);
   std::fflush(stdout);
 }
 
@@ -96,7 +96,8 @@ class Errors {
   }
 
  private:
-  double turn_squares_ = 0, place_squares_ = 0, turn_most_ = 0, place_most_ = 0, normalized_ = 0, tags_ = 0, rms_px_ = 0;
+  double turn_squares_ = 0, place_squares_ = 0, turn_most_ = 0, place_most_ = 0, normalized_ = 0, tags_ = 0,
+         rms_px_ = 0;
   int count_ = 0, flagged_ = 0;
 };
 
@@ -116,7 +117,8 @@ BodyTrackerOptions options_of(CornerWork corners) {
   return options;
 }
 
-void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views, const std::string& name) {
+void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views,
+                     const std::string& name) {
   BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerWork::followed)));
   double first = 0, tracked = 0, share = 0, decimate = 0;
   int expected = 0;
@@ -166,7 +168,9 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
         const auto sighting = tracker.track(view.picture.view(), frame(2));
         if (!sighting->predicted) continue;
         std::vector<TagDetection> found;
-        ms += best([&] { found = *detector.detect_in(view.picture.view(), {sighting->region, decimate, sighting->least_contrast}); });
+        ms += best([&] {
+          found = *detector.detect_in(view.picture.view(), {sighting->region, decimate, sighting->least_contrast});
+        });
         tags += static_cast<double>(found.size());
         BodyPoseOptions options;
         options.focal_sigma = 0;
@@ -177,7 +181,8 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
         if (work != CornerWork::followed || decimate != 2) continue;
         BodyPrediction before{pose->probe_body, true};
         before.probe_body.pose.translation += Vec3d{0.004, -0.003, 0.002};
-        before.probe_body.pose.rotation = (Quat::about({0.6, 0, 0.8}, 0.03) * pose->probe_body.pose.rotation).normalized();
+        before.probe_body.pose.rotation =
+            (Quat::about({0.6, 0, 0.8}, 0.03) * pose->probe_body.pose.rotation).normalized();
         for (std::size_t i = 0; i < 6; ++i) before.probe_body.covariance[i][i] += i < 3 ? 1e-3 : 1e-5;
         ++poses;
         with += best([&] { (void)find_body_pose(lenses, body, seen, before, options); });

@@ -1,5 +1,6 @@
-// How long a frame with a marker in view takes, on one thread: a path-traced frame of 1280x960 as a camera at rest sees it, noise anew in each
-// frame; time of the thread's processor. Prints one JSON object a line for tests/figures (figure, value), each the best of five runs:
+// How long a frame with a marker in view takes, on one thread: a path-traced frame of 1280x960 as a camera at rest sees
+// it, noise anew in each frame; time of the thread's processor. Prints one JSON object a line for tests/figures
+// (figure, value), each the best of five runs:
 //   marker_speed.fps                        frames a second, camera's bytes to descriptor, body and lamps followed
 //   marker_speed.ms_detection_and_pose, .ms_sampling, .ms_light, .ms_all     milliseconds of a frame, followed
 //   marker_speed.ms_first                   of the first frame: body and lamps are looked for everywhere
@@ -56,7 +57,8 @@ struct Times {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES, name = "extra_large_straight_grey";
+  std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES,
+              name = "extra_large_straight_grey";
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--frame") == 0) name = argv[i + 1];
     if (std::strcmp(argv[i], "--frames") == 0) frames_folder = argv[i + 1];
@@ -97,7 +99,8 @@ int main(int argc, char** argv) {
       } else {
         all += spent;
       }
-      if (k > 0 && !(*estimator)->report().light.followed) std::fprintf(stderr, "measure_marker_speed: frame %d was searched\n", k);
+      if (k > 0 && !(*estimator)->report().light.followed)
+        std::fprintf(stderr, "measure_marker_speed: frame %d was searched\n", k);
     }
     best.first = std::min(best.first, first);
     best.all = std::min(best.all, all / (kFrames - 1));
@@ -118,7 +121,9 @@ int main(int argc, char** argv) {
     }
     best.sampling = std::min(best.sampling, (bench::thread_time_ms() - begin) / kFrames);
   }
-  const auto print = [](const char* figure, double value) { std::printf("{\"figure\": \"marker_speed.%s\", \"value\": %.4g}\n", figure, value); };
+  const auto print = [](const char* figure, double value) {
+    std::printf("{\"figure\": \"marker_speed.%s\", \"value\": %.4g}\n", figure, value);
+  };
   print("fps", 1000 / best.all);
   print("ms_all", best.all);
   print("ms_detection_and_pose", best.finding);

@@ -1,18 +1,22 @@
-// What the marker estimator's knobs cost and give: one JSON object a line for every case, read by tests/figures and by lightwell-eval --marker:
-//   what, knob          the case, and what it varies: setting (the default), decimation (of the picture where the body is followed), search
-//                       (of the picture where it is looked for), faces (most that are sampled), order (most lamps; without the table)
+// What the marker estimator's knobs cost and give: one JSON object a line for every case, read by tests/figures and by
+// lightwell-eval --marker:
+//   what, knob          the case, and what it varies: setting (the default), decimation (of the picture where the body
+//   is followed), search
+//                       (of the picture where it is looked for), faces (most that are sampled), order (most lamps;
+//                       without the table)
 //   width, height       of the pictures
-//   ms, ms_first        milliseconds of a frame whose body was found in the frame before too, the best of some runs, and of the first frame,
-//                       where body and lamps are looked for everywhere: medians over pictures; time of the thread's processor
+//   ms, ms_first        milliseconds of a frame whose body was found in the frame before too, the best of some runs,
+//   and of the first frame,
+//                       where body and lamps are looked for everywhere: medians over pictures; time of the thread's
+//                       processor
 //   memcpy_ratio        ms by what memcpy of a frame takes
-//   rms, worst_rms      error of the irradiance over normals within 60 degrees of the camera, relative RMS: median and worst frame
-//   direction_deg       of the strongest true lamp's direction from the nearest of the strongest answered ones, as many as there are: median
-//   worst_direction_deg the same, the worst of answers that are not flagged
-//   flagged, unanswered share of all frames: the answer says that it is not sure; there is none
+//   rms, worst_rms      error of the irradiance over normals within 60 degrees of the camera, relative RMS: median and
+//   worst frame direction_deg       of the strongest true lamp's direction from the nearest of the strongest answered
+//   ones, as many as there are: median worst_direction_deg the same, the worst of answers that are not flagged flagged,
+//   unanswered share of all frames: the answer says that it is not sure; there is none
 // A case that answers some frames has medians of these alone; what no frame tells is null.
-// Pictures are path-traced, frames noisy 8-bit sRGB, as a camera at rest sees them: one that is searched, then some that are followed.
-// Errors are of all of them.
-// Usage: --help.
+// Pictures are path-traced, frames noisy 8-bit sRGB, as a camera at rest sees them: one that is searched, then some
+// that are followed. Errors are of all of them. Usage: --help.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,7 +44,8 @@ namespace {
 using namespace lightwell;
 
 constexpr const char* kUsage =
-    "usage: measure_marker_trade [--followed N] [--runs N] [--group NAME] [--case WHAT] [--verbose] [--frames FOLDER] [--bodies FOLDER]\n"
+    "usage: measure_marker_trade [--followed N] [--runs N] [--group NAME] [--case WHAT] [--verbose] [--frames FOLDER] "
+    "[--bodies FOLDER]\n"
     "What decimation, faces and lamps cost and give in light from a marker, one JSON object a line.\n"
     "  --followed N      noisy frames of each picture after the first one [4]\n"
     "  --runs N          of each followed frame's times the best of so many [5]\n"
@@ -78,10 +83,16 @@ std::vector<Case> all_cases() {
     return out.back();
   };
   add("default", "setting");
-  for (const double by : {1.0, 1.5, 2.0, 3.0, 4.0}) add("followed / " + short_number(by), "decimation").tracker.decimate = by;
-  for (const double by : {1.0, 1.5, 2.0, 3.0}) add("searched / " + short_number(by), "search").tracker.search_decimate = by;
+  for (const double by : {1.0, 1.5, 2.0, 3.0, 4.0})
+    add("followed / " + short_number(by), "decimation").tracker.decimate = by;
+  for (const double by : {1.0, 1.5, 2.0, 3.0})
+    add("searched / " + short_number(by), "search").tracker.search_decimate = by;
   for (const int faces : {1, 2, 3, 4, 0})
-    add(faces == 0 ? "all faces" : faces == 1 ? "1 face" : std::to_string(faces) + " faces", "faces").marker.sampler.most_faces = faces;
+    add(faces == 0   ? "all faces"
+        : faces == 1 ? "1 face"
+                     : std::to_string(faces) + " faces",
+        "faces")
+        .marker.sampler.most_faces = faces;
   for (const int lamps : {0, 1, 2, 3})
     add(lamps == 1 ? "1 lamp" : std::to_string(lamps) + " lamps", "order").marker.config.max_lights = lamps;
   // Where nothing is up, the body stands on nothing.
@@ -120,7 +131,8 @@ double irradiance_error(const measure::TracedFrame& frame, const Descriptor& ans
 }
 
 /// Of two lamps the weaker may be answered first.
-std::optional<double> direction_error_deg(const measure::TracedFrame& frame, const std::vector<marker::ChosenLamp>& lamps) {
+std::optional<double> direction_error_deg(const measure::TracedFrame& frame,
+                                          const std::vector<marker::ChosenLamp>& lamps) {
   std::optional<double> out;
   for (std::size_t k = 0; k < std::min(lamps.size(), frame.lamps.size()); ++k) {
     const double deg = angle_between(lamps[k].lamp.direction, frame.lamps[0].direction) / kDegree;
@@ -129,7 +141,8 @@ std::optional<double> direction_error_deg(const measure::TracedFrame& frame, con
   return out;
 }
 
-void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& answer, const MarkerReport& report, Tally& tally) {
+void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& answer, const MarkerReport& report,
+           Tally& tally) {
   ++tally.frames;
   if (!answered) {
     ++tally.unanswered;
@@ -140,8 +153,9 @@ void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& a
   tally.rms.push_back(irradiance_error(frame, answer));
   const std::optional<double> deg = direction_error_deg(frame, report.light.lamps);
   if (tally.verbose)
-    std::fprintf(stderr, "%s: RMS %.4f, direction %.2f deg, lamps %zu, faces %d, %s%s\n", frame.name.c_str(), tally.rms.back(), deg.value_or(-1),
-                 report.light.lamps.size(), report.counts.faces, report.light.around == marker::Around::shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
+    std::fprintf(stderr, "%s: RMS %.4f, direction %.2f deg, lamps %zu, faces %d, %s%s\n", frame.name.c_str(),
+                 tally.rms.back(), deg.value_or(-1), report.light.lamps.size(), report.counts.faces,
+                 report.light.around == marker::Around::shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
   if (!deg) return;
   tally.direction_deg.push_back(*deg);
   if (!unsure) tally.worst_sure_deg = std::max(tally.worst_sure_deg, *deg);
@@ -194,7 +208,8 @@ class Stream {
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
+                        : 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
 std::string number(double v) {
@@ -204,15 +219,20 @@ std::string number(double v) {
 }
 
 void print(const Case& of, const Tally& tally, int width, int height, double memcpy_ms) {
-  const double ms = median(tally.ms), worst = tally.rms.empty() ? std::nan("") : *std::max_element(tally.rms.begin(), tally.rms.end());
-  std::printf("{\"what\": \"%s\", \"knob\": \"%s\", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, \"memcpy_ratio\": %s, ",
-              of.what.c_str(), of.knob.c_str(), width, height, number(ms).c_str(), number(median(tally.ms_first)).c_str(),
-              number(ms / memcpy_ms).c_str());
-  std::printf("\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, \"flagged\": %s, \"unanswered\": %s}\n",
-              number(median(tally.rms)).c_str(), number(worst).c_str(), number(median(tally.direction_deg)).c_str(),
-              number(tally.worst_sure_deg < 0 ? std::nan("") : tally.worst_sure_deg).c_str(),
-              number(static_cast<double>(tally.flagged) / tally.frames).c_str(),
-              number(static_cast<double>(tally.unanswered) / tally.frames).c_str());
+  const double ms = median(tally.ms),
+               worst = tally.rms.empty() ? std::nan("") : *std::max_element(tally.rms.begin(), tally.rms.end());
+  std::printf(
+      "{\"what\": \"%s\", \"knob\": \"%s\", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, "
+      "\"memcpy_ratio\": %s, ",
+      of.what.c_str(), of.knob.c_str(), width, height, number(ms).c_str(), number(median(tally.ms_first)).c_str(),
+      number(ms / memcpy_ms).c_str());
+  std::printf(
+      "\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, \"flagged\": %s, "
+      "\"unanswered\": %s}\n",
+      number(median(tally.rms)).c_str(), number(worst).c_str(), number(median(tally.direction_deg)).c_str(),
+      number(tally.worst_sure_deg < 0 ? std::nan("") : tally.worst_sure_deg).c_str(),
+      number(static_cast<double>(tally.flagged) / tally.frames).c_str(),
+      number(static_cast<double>(tally.unanswered) / tally.frames).c_str());
 }
 
 }  // namespace
@@ -276,7 +296,9 @@ int main(int argc, char** argv) {
     for (std::size_t i = 0; i < cases.size(); ++i) streams[i].add_times(tallies[i]);
   }
   if (width == 0) fail("no frames of that group");
-  const double memcpy_ms = 1e3 * bench::memcpy_speed(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)).seconds_per_copy;
+  const double memcpy_ms =
+      1e3 *
+      bench::memcpy_speed(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)).seconds_per_copy;
   for (std::size_t i = 0; i < cases.size(); ++i) print(cases[i], tallies[i], width, height, memcpy_ms);
   return 0;
 }

@@ -1,5 +1,5 @@
-// How far pixels are from where they came from, through direction and back, over the whole of published lenses; and lamps told
-// through lenses that were calibrated. One JSON object a line for tests/figures: figure, value.
+// How far pixels are from where they came from, through direction and back, over the whole of published lenses; and
+// lamps told through lenses that were calibrated. One JSON object a line for tests/figures: figure, value.
 //   measure_models
 #include <algorithm>
 #include <cmath>
@@ -47,7 +47,8 @@ double largest_miss(const LensParameters& lens) {
 /// Of a lamp of a degree at several angles, through the lens as it is and a calibration of it.
 double worst_lamp(calibration::LensKind kind, std::uint32_t seed) {
   const LensParameters truth = shown::lens_of(kind);
-  const Result<calibration::GeometryFit> fit = calibrate_geometry(shown::one_lens(truth, {.seed = seed}), {.kind = kind});
+  const Result<calibration::GeometryFit> fit =
+      calibrate_geometry(shown::one_lens(truth, {.seed = seed}), {.kind = kind});
   if (!fit) return INFINITY;
   RigParameters rig{{truth}, 0};
   rig.lenses[0].model = fit->lenses[0].model;
@@ -64,8 +65,8 @@ double worst_lamp(calibration::LensKind kind, std::uint32_t seed) {
     const std::vector<float> radiance = sim::render_radiance(scene, scene.state_at(0), truth, 4);
     Frame frame;
     frame.info.exposure_s = 1;
-    frame.add_view({0, PixelFormat::rgb_f32, truth.width, truth.height, packed_stride(PixelFormat::rgb_f32, truth.width),
-                    std::as_bytes(std::span(radiance))});
+    frame.add_view({0, PixelFormat::rgb_f32, truth.width, truth.height,
+                    packed_stride(PixelFormat::rgb_f32, truth.width), std::as_bytes(std::span(radiance))});
     Descriptor d;
     if (!(*estimator)->estimate(std::span(&frame, 1), d).ok() || d.lights.empty()) return INFINITY;
     worst = std::max(worst, angle_between(vec_cast<double>(d.lights[0].direction), to));
@@ -85,7 +86,9 @@ int main() {
   print("models.double_px", in_double);
   print("models.float_px", in_float);
   using calibration::LensKind;
-  for (const auto& [name, kind] : {std::pair{"kannala_brandt", LensKind::kannala_brandt}, {"double_sphere", LensKind::double_sphere}, {"mei", LensKind::mei}}) {
+  for (const auto& [name, kind] : {std::pair{"kannala_brandt", LensKind::kannala_brandt},
+                                   {"double_sphere", LensKind::double_sphere},
+                                   {"mei", LensKind::mei}}) {
     double worst = 0;
     for (std::uint32_t seed = 1; seed <= 2; ++seed) worst = std::max(worst, worst_lamp(kind, seed));
     print(std::string("light_deg.") + name, worst);

@@ -1,5 +1,5 @@
-// Times what an application asks of the SDK: one JSON object a line for tests/figures (figure, value, memcpy_gb_per_s: of
-// this run). Best of five repeats of a long loop each, one thread.
+// Times what an application asks of the SDK: one JSON object a line for tests/figures (figure, value, memcpy_gb_per_s:
+// of this run). Best of five repeats of a long loop each, one thread.
 //   measure_queries
 //     latest_ns                      Probe::latest(), with a recording behind it
 //     irradiance_ns.bandL.N          one normal, N lights, over normals of the whole sphere
@@ -14,9 +14,8 @@
 #include <fstream>
 #include <numbers>
 #include <string>
-#include <vector>
-
 #include <unistd.h>
+#include <vector>
 
 #include <lightwell/codec.hpp>
 #include <lightwell/probe.hpp>
@@ -31,7 +30,8 @@ using namespace lightwell;
 double memcpy_gb_per_s = 0;
 
 void print(const std::string& figure, double value) {
-  std::printf("{\"figure\": \"%s\", \"value\": %.5g, \"memcpy_gb_per_s\": %.3g}\n", figure.c_str(), value, memcpy_gb_per_s);
+  std::printf("{\"figure\": \"%s\", \"value\": %.5g, \"memcpy_gb_per_s\": %.3g}\n", figure.c_str(), value,
+              memcpy_gb_per_s);
   std::fflush(stdout);
 }
 
@@ -88,7 +88,8 @@ void one_normal(int band, int lights) {
   const Lighting lighting = Lighting::of(scene(band, lights));
   const std::vector<Vec3f> normals = normals_all_over(4096);
   float sum = 0;
-  const double s = seconds_of_one(2'000'000, [&](std::size_t i) { sum += lighting.irradiance(normals[i % 4096]).value.r; });
+  const double s =
+      seconds_of_one(2'000'000, [&](std::size_t i) { sum += lighting.irradiance(normals[i % 4096]).value.r; });
   kept = sum;
   print("irradiance_ns.band" + std::to_string(band) + "." + std::to_string(lights), 1e9 * s);
 }
@@ -97,14 +98,17 @@ void many_normals(int band, int lights) {
   const Lighting lighting = Lighting::of(scene(band, lights));
   const std::vector<Vec3f> normals = normals_all_over(1 << 20);
   std::vector<Irradiance> out(normals.size());
-  const double s = seconds_of_one(20, [&](std::size_t) { kept = static_cast<float>(lighting.irradiance(normals, out).value); });
+  const double s =
+      seconds_of_one(20, [&](std::size_t) { kept = static_cast<float>(lighting.irradiance(normals, out).value); });
   kept = out[17].r;
-  print("normals_per_s.band" + std::to_string(band) + "." + std::to_string(lights), 1e-6 * static_cast<double>(normals.size()) / s);
+  print("normals_per_s.band" + std::to_string(band) + "." + std::to_string(lights),
+        1e-6 * static_cast<double>(normals.size()) / s);
 }
 
 /// 64 descriptors, 16 ms apart.
 std::string recording() {
-  const std::string path = (std::filesystem::temp_directory_path() / ("measure_queries_" + std::to_string(::getpid()))).string();
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("measure_queries_" + std::to_string(::getpid()))).string();
   Result<RecordWriter> writer = RecordWriter::open(path, {RecordingKind::descriptors, "measured", "0", {}});
   if (!writer) fail(writer.status().message());
   Encoder encoder;
@@ -129,7 +133,8 @@ void probe() {
   double age = 0;
   print("latest_ns", 1e9 * seconds_of_one(2'000'000, [&](std::size_t) { age += probe->latest().age().seconds(); }));
   const HostTime newest = probe->latest().mid_exposure();
-  print("at_ns", 1e9 * seconds_of_one(200'000, [&](std::size_t i) {
+  print("at_ns",
+        1e9 * seconds_of_one(200'000, [&](std::size_t i) {
           age += probe->at({newest.ns - 8'000'000 - static_cast<std::int64_t>(i % 900) * 1'000'000}).age().seconds();
         }));
   kept = static_cast<float>(age);
@@ -140,8 +145,11 @@ void others() {
   const Lighting lighting = Lighting::of(scene(4, 2));
   const std::vector<Vec3f> normals = normals_all_over(4096);
   float sum = 0;
-  print("radiance_ns", 1e9 * seconds_of_one(200'000, [&](std::size_t i) { sum += lighting.radiance(normals[i % 4096], 0.5F).value.r; }));
-  print("rotated_ns", 1e9 * seconds_of_one(20'000, [&](std::size_t i) {
+  print("radiance_ns", 1e9 * seconds_of_one(200'000, [&](std::size_t i) {
+                         sum += lighting.radiance(normals[i % 4096], 0.5F).value.r;
+                       }));
+  print("rotated_ns",
+        1e9 * seconds_of_one(20'000, [&](std::size_t i) {
           sum += lighting.rotated(Quat::about({0, 1, 0}, 1e-3 * static_cast<double>(i))).irradiance({0, 1, 0}).value.r;
         }));
   kept = sum;

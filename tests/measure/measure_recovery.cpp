@@ -1,7 +1,9 @@
-// How long after a network is back the light is back: a client of a running lightwelld behind an impairing proxy. One JSON
-// object a line for tests/figures: figure (cut.SECONDS, held.SECONDS, delayed), value (s from the link's return to a valid
-// answer that was made after it; the largest of the repeats), lies (answers called valid that were older than max_age).
-//   measure_recovery grpc://127.0.0.1:PORT [--seconds S] [--repeats N]     outages of S seconds [10], N of each kind [3]
+// How long after a network is back the light is back: a client of a running lightwelld behind an impairing proxy. One
+// JSON object a line for tests/figures: figure (cut.SECONDS, held.SECONDS, delayed), value (s from the link's return to
+// a valid answer that was made after it; the largest of the repeats), lies (answers called valid that were older than
+// max_age).
+//   measure_recovery grpc://127.0.0.1:PORT [--seconds S] [--repeats N]     outages of S seconds [10], N of each kind
+//   [3]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -31,7 +33,9 @@ double look(const Probe& probe, double seconds, int& lies, Enough&& enough) {
   for (;;) {
     const std::int64_t now = monotonic_now_ns();
     const Lighting light = probe.latest();
-    if (light.validity() == Validity::valid && now - light.descriptor().time.mid_exposure.ns > Lighting::kDefaultMaxAge.ns) ++lies;
+    if (light.validity() == Validity::valid &&
+        now - light.descriptor().time.mid_exposure.ns > Lighting::kDefaultMaxAge.ns)
+      ++lies;
     const double passed = 1e-9 * static_cast<double>(now - begin);
     if (enough(light) || passed > seconds) return passed;
     std::this_thread::sleep_for(milliseconds(1));
@@ -40,7 +44,9 @@ double look(const Probe& probe, double seconds, int& lies, Enough&& enough) {
 
 /// Made after `ns`, by the probe's clock, which is this machine's.
 auto fresh_since(std::int64_t ns) {
-  return [ns](const Lighting& light) { return light.validity() == Validity::valid && light.descriptor().time.mid_exposure.ns > ns; };
+  return [ns](const Lighting& light) {
+    return light.validity() == Validity::valid && light.descriptor().time.mid_exposure.ns > ns;
+  };
 }
 
 void print(const std::string& figure, double value, int lies) {
@@ -87,7 +93,8 @@ int main(int argc, char** argv) {
   }
   print("held." + std::to_string(static_cast<int>(seconds)), worst, lies);
 
-  // 200 ms each way and jitter, for a while, and back: answers are stale or told their age, and fresh at once afterwards.
+  // 200 ms each way and jitter, for a while, and back: answers are stale or told their age, and fresh at once
+  // afterwards.
   lies = 0;
   proxy.impair({.delay = milliseconds(200), .jitter = milliseconds(60)});
   look(*probe, seconds, lies, never);

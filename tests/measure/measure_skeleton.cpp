@@ -5,11 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <numbers>
+#include <string>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/time.hpp>
-#include <numbers>
-#include <string>
 
 #include "calibration/lens_table.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
@@ -51,7 +52,8 @@ Seen see(const sim::Scene& scene, const sim::SceneState& state, const RigParamet
     out.pixels.push_back(sim::render_radiance(scene, state, lens, sim::samples_for(lens, scene.panorama(state))));
   for (std::size_t k = 0; k < rig.lenses.size(); ++k)
     out.frame.add_view({static_cast<int>(k), PixelFormat::rgb_f32, rig.lenses[k].width, rig.lenses[k].height,
-                        packed_stride(PixelFormat::rgb_f32, rig.lenses[k].width), std::as_bytes(std::span(out.pixels[k]))});
+                        packed_stride(PixelFormat::rgb_f32, rig.lenses[k].width),
+                        std::as_bytes(std::span(out.pixels[k]))});
   return out;
 }
 
@@ -102,7 +104,8 @@ void real_panoramas() {
     const Lighting lighting = delivered(estimate(*estimator, seen.frame));
     const ref::IrradianceError e = error_of(lighting, normals, ref::irradiance_at(world, normals));
     print(std::string("irradiance_error.") + name, e.rms);
-    print(std::string("bound_over_error.") + name, lighting.descriptor().bound.total / std::max(e.rms, e.luminance_weighted));
+    print(std::string("bound_over_error.") + name,
+          lighting.descriptor().bound.total / std::max(e.rms, e.luminance_weighted));
     const auto brightest = ref::bright_region(world);
     print(std::string("peak_to_mean.") + name, brightest->peak_to_mean);
     double nearest = 180;
@@ -133,7 +136,9 @@ void constant_panorama() {
 /// Largest deviation from the definitions, relative to the largest value of the scene; before the wire.
 void analytic_scenes() {
   const auto directions = ref::fibonacci_normals(500);
-  const auto vec = [](const ref::V3& d) { return Vec3f{static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)}; };
+  const auto vec = [](const ref::V3& d) {
+    return Vec3f{static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)};
+  };
   const double roughness[] = {0.1, 0.25, 0.5, 0.75, 1.0};
 
   double worst = 0;
@@ -160,7 +165,9 @@ void analytic_scenes() {
       worst = std::max(worst, std::abs(lighting.irradiance(vec(n)).value.r - std::max(0.0, c)));
       for (const double r : roughness) {
         const ref::GgxKernel kernel(r);
-        worst = std::max(worst, std::abs(lighting.radiance(vec(n), static_cast<float>(r)).value.r - kernel.at_cosine(c)) / kernel.at_cosine(1));
+        worst =
+            std::max(worst, std::abs(lighting.radiance(vec(n), static_cast<float>(r)).value.r - kernel.at_cosine(c)) /
+                                kernel.at_cosine(1));
       }
     }
   }
@@ -178,15 +185,18 @@ void analytic_scenes() {
     for (const ref::V3& n : directions) {
       const std::vector<double> y = ref::harmonics(n, 6);
       double e = 0;
-      for (std::size_t i = 0; i < 49; ++i) e += ref::cosine_lobe(static_cast<int>(std::sqrt(static_cast<double>(i)))) * coefficients[i] * y[i];
+      for (std::size_t i = 0; i < 49; ++i)
+        e += ref::cosine_lobe(static_cast<int>(std::sqrt(static_cast<double>(i)))) * coefficients[i] * y[i];
       deviation = std::max(deviation, std::abs(lighting.irradiance(vec(n)).value.r - e) / std::numbers::pi);
       for (const double r : roughness) {
         static std::vector<std::vector<double>> k;
         if (k.empty())
           for (const double q : roughness) k.push_back(ref::ggx_legendre(q, 6));
-        const auto which = static_cast<std::size_t>(std::find(std::begin(roughness), std::end(roughness), r) - std::begin(roughness));
+        const auto which =
+            static_cast<std::size_t>(std::find(std::begin(roughness), std::end(roughness), r) - std::begin(roughness));
         double l = 0;
-        for (std::size_t i = 0; i < 49; ++i) l += k[which][static_cast<std::size_t>(std::sqrt(static_cast<double>(i)))] * coefficients[i] * y[i];
+        for (std::size_t i = 0; i < 49; ++i)
+          l += k[which][static_cast<std::size_t>(std::sqrt(static_cast<double>(i)))] * coefficients[i] * y[i];
         deviation = std::max(deviation, std::abs(lighting.radiance(vec(n), static_cast<float>(r)).value.r - l));
       }
     }
@@ -200,7 +210,8 @@ void analytic_scenes() {
   print("analytic.single_harmonics", worst_single);
   std::vector<double> lobe(49);
   const std::vector<double> axis = ref::harmonics(ref::normalised({0.3, -0.5, 0.8}), 6);
-  for (std::size_t i = 0; i < 49; ++i) lobe[i] = ref::cosine_lobe(static_cast<int>(std::sqrt(static_cast<double>(i)))) * axis[i];
+  for (std::size_t i = 0; i < 49; ++i)
+    lobe[i] = ref::cosine_lobe(static_cast<int>(std::sqrt(static_cast<double>(i)))) * axis[i];
   print("analytic.cosine_lobe", single(lobe));
 }
 
@@ -226,7 +237,8 @@ void estimated_harmonics() {
       }
     }
     for (std::size_t k = 0; k < rig.lenses.size(); ++k)
-      seen.frame.add_view({static_cast<int>(k), PixelFormat::rgb_f32, 640, 480, 12 * 640, std::as_bytes(std::span(seen.pixels[k]))});
+      seen.frame.add_view(
+          {static_cast<int>(k), PixelFormat::rgb_f32, 640, 480, 12 * 640, std::as_bytes(std::span(seen.pixels[k]))});
     const Descriptor d = estimate(**estimator, seen.frame);
     const double pedestal = 2 * std::sqrt(4 * std::numbers::pi);
     for (std::size_t j = 0; j < 49; ++j) {

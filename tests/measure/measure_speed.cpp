@@ -5,7 +5,8 @@
 //   measure_speed brackets   bracket.RIG.FORMAT     three exposures at `balanced`
 //   measure_speed sizes      size.SETTING.WxH       one lens; seen_pixels: that the lens sees at all, the others cost
 //                                                   nothing
-//   measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in an even room. CHOICE as_rich_as_needed: the
+//   measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in an even room. CHOICE as_rich_as_needed:
+//   the
 //                                                   default of 1 %; all_sent: epsilon 0, 64 lights in the descriptor
 //   measure_speed            all of these
 // Rigs: single, one lens of 1280x960; pair, two of these; equirect, a whole sphere of as many pixels as 1280x960.
@@ -32,8 +33,8 @@ constexpr int kSizes[][2] = {{640, 480}, {1280, 960}, {1920, 1440}, {2560, 1920}
 /// Pictures of every size take turns in as much memory, more than any cache holds: eight of 3840x3840.
 constexpr std::size_t kBytesOfSizes = 8UL * 3 * 3840 * 3840;
 constexpr int kLights = 64;
-/// The same estimator takes up to 6 % longer where its tables happen to lie otherwise in memory: both sides of a ratio are
-/// the best of as many estimators, each made anew.
+/// The same estimator takes up to 6 % longer where its tables happen to lie otherwise in memory: both sides of a ratio
+/// are the best of as many estimators, each made anew.
 constexpr int kPlacements = 6;
 constexpr int kPassesInTurns = 8;
 /// A degree and a half wide, six pixels of 1568x784, and 150 times the room: each gives 0.5 % of all light, and a lamp

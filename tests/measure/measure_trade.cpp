@@ -1,10 +1,10 @@
-// The trade as an application sees it: bytes a second and time of a query against error, for bands, lights and sizes of the
-// map, medians over the eight panoramas; from an ideal camera over the wire through the SDK. One JSON object a line for
-// tests/figures, and a picture.
+// The trade as an application sees it: bytes a second and time of a query against error, for bands, lights and sizes of
+// the map, medians over the eight panoramas; from an ideal camera over the wire through the SDK. One JSON object a line
+// for tests/figures, and a picture.
 //   measure_trade [PICTURE.png|.svg]
-//     figure trade.bandL.lightsN.mapE: bytes (a message), bytes_per_s (30 descriptors and 5 maps a second), irradiance_ns,
-//     radiance_ns (roughness 0.33, a new direction each), irradiance_percent (HOUSE.md's error), silver_percent (RMS of a matte
-//     silver ball, of the true one's)
+//     figure trade.bandL.lightsN.mapE: bytes (a message), bytes_per_s (30 descriptors and 5 maps a second),
+//     irradiance_ns, radiance_ns (roughness 0.33, a new direction each), irradiance_percent (HOUSE.md's error),
+//     silver_percent (RMS of a matte silver ball, of the true one's)
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -66,7 +66,8 @@ double ns_of_one(int calls, Ask&& ask) {
     float sum = 0;
     const auto begin = std::chrono::steady_clock::now();
     for (int i = 0; i < calls; ++i) sum += ask(vec(directions[static_cast<std::size_t>(i) * 7 % directions.size()]));
-    best = std::min(best, std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count() / calls);
+    best = std::min(best,
+                    std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count() / calls);
     kept = sum;
   }
   return best;
@@ -96,12 +97,27 @@ eval::Chart chart_of(const std::vector<Choice>& all, const std::vector<Cost>& co
   eval::Chart chart;
   chart.width = 3 * kWidth;
   chart.height = kTop + kHeight + 60;
-  chart.words.push_back({"What accuracy costs an application: medians of eight real panoramas, 30 descriptors and 5 maps a second", {20, 32}, 20, black, eval::Anchor::start, true});
-  chart.words.push_back({"Colour: highest band (grey 0, blue 1, orange 2, green 4, violet 6). Number: lights; with a map its edge (squares).", {20, 58}, 15, black});
+  chart.words.push_back(
+      {"What accuracy costs an application: medians of eight real panoramas, 30 descriptors and 5 maps a second",
+       {20, 32},
+       20,
+       black,
+       eval::Anchor::start,
+       true});
+  chart.words.push_back(
+      {"Colour: highest band (grey 0, blue 1, orange 2, green 4, violet 6). Number: lights; with a map its edge "
+       "(squares).",
+       {20, 58},
+       15,
+       black});
   const Panel panels[] = {
-      {"irradiance error, %, over bytes a second", 0, [](const Cost& c) { return median(c.bytes_per_s); }, [](const Cost& c) { return median(c.irradiance_percent); }, [](const Choice& c) { return c.edge == 0; }},
-      {"irradiance error, %, over ns a query", kWidth, [](const Cost& c) { return median(c.irradiance_ns); }, [](const Cost& c) { return median(c.irradiance_percent); }, [](const Choice& c) { return c.edge == 0; }},
-      {"matte silver ball's error, %, over bytes a second", 2 * kWidth, [](const Cost& c) { return median(c.bytes_per_s); }, [](const Cost& c) { return median(c.silver_percent); }, [](const Choice& c) { return c.edge > 0 || c.lights == 4; }}};
+      {"irradiance error, %, over bytes a second", 0, [](const Cost& c) { return median(c.bytes_per_s); },
+       [](const Cost& c) { return median(c.irradiance_percent); }, [](const Choice& c) { return c.edge == 0; }},
+      {"irradiance error, %, over ns a query", kWidth, [](const Cost& c) { return median(c.irradiance_ns); },
+       [](const Cost& c) { return median(c.irradiance_percent); }, [](const Choice& c) { return c.edge == 0; }},
+      {"matte silver ball's error, %, over bytes a second", 2 * kWidth,
+       [](const Cost& c) { return median(c.bytes_per_s); }, [](const Cost& c) { return median(c.silver_percent); },
+       [](const Choice& c) { return c.edge > 0 || c.lights == 4; }}};
   for (const Panel& p : panels) {
     double x0 = 1e30, x1 = 0, y0 = 1e30, y1 = 0;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -110,8 +126,12 @@ eval::Chart chart_of(const std::vector<Choice>& all, const std::vector<Cost>& co
       y0 = std::min(y0, p.error(costs[i])), y1 = std::max(y1, p.error(costs[i]));
     }
     x0 /= 1.2, x1 *= 1.2, y0 /= 1.2, y1 *= 1.2;
-    const auto px = [&](double v) { return p.left + kPad + (kWidth - kPad - 20) * std::log(v / x0) / std::log(x1 / x0); };
-    const auto py = [&](double v) { return kTop + kHeight - kPad + 20 - (kHeight - kPad - 30) * std::log(v / y0) / std::log(y1 / y0); };
+    const auto px = [&](double v) {
+      return p.left + kPad + (kWidth - kPad - 20) * std::log(v / x0) / std::log(x1 / x0);
+    };
+    const auto py = [&](double v) {
+      return kTop + kHeight - kPad + 20 - (kHeight - kPad - 30) * std::log(v / y0) / std::log(y1 / y0);
+    };
     const auto ticks = [](double from, double to) {
       std::vector<double> out;
       for (double decade = std::pow(10, std::floor(std::log10(from))); decade <= to; decade *= 10)
@@ -135,7 +155,10 @@ eval::Chart chart_of(const std::vector<Choice>& all, const std::vector<Cost>& co
       if (!p.shows(all[i])) continue;
       const eval::At at{px(p.cost(costs[i])), py(p.error(costs[i]))};
       chart.marks.push_back({at, 5, of_band[all[i].band], true, all[i].edge > 0});
-      chart.words.push_back({std::to_string(all[i].edge > 0 ? all[i].edge : all[i].lights), {at.x + 7, at.y - 5}, 12, of_band[all[i].band]});
+      chart.words.push_back({std::to_string(all[i].edge > 0 ? all[i].edge : all[i].lights),
+                             {at.x + 7, at.y - 5},
+                             12,
+                             of_band[all[i].band]});
     }
   }
   return chart;
@@ -187,23 +210,30 @@ int main(int argc, char** argv) {
       cost.bytes_per_s.push_back(kDescriptorsPerS * bare + (all[i].edge > 0 ? kMapsPerS * (bytes - bare) : 0));
       cost.irradiance_ns.push_back(ns_of_one(20'000, [&](Vec3f d) { return light.irradiance(d).value.r; }));
       cost.radiance_ns.push_back(ns_of_one(2'000, [&](Vec3f d) { return light.radiance(d, 0.33F).value.r; }));
-      cost.irradiance_percent.push_back(100 * measure::irradiance_error(*truth, [&](const ref::V3& n) { return rgb(light.irradiance(vec(n)).value); }).rms);
+      cost.irradiance_percent.push_back(100 * measure::irradiance_error(*truth, [&](const ref::V3& n) {
+                                                return rgb(light.irradiance(vec(n)).value);
+                                              }).rms);
       const measure::BallPictures ours = measure::ball_pictures(
           view, [&](const ref::V3& n) { return rgb(light.irradiance(vec(n)).value); },
-          [&](const ref::V3& d, double roughness) { return rgb(light.radiance(vec(d), static_cast<float>(roughness)).value); });
+          [&](const ref::V3& d, double roughness) {
+            return rgb(light.radiance(vec(d), static_cast<float>(roughness)).value);
+          });
       const measure::BallError e = measure::ball_error(true_balls[silver], ours[silver], 1);
       cost.silver_percent.push_back(100 * e.rmse / e.truth_rms);
     }
   }
   for (std::size_t i = 0; i < all.size(); ++i)
-    std::printf("{\"figure\": \"trade.%s\", \"bytes\": %.5g, \"bytes_per_s\": %.5g, \"irradiance_ns\": %.4g, \"radiance_ns\": %.4g, "
-                "\"irradiance_percent\": %.4g, \"silver_percent\": %.4g}\n",
-                all[i].name().c_str(), median(costs[i].bytes), median(costs[i].bytes_per_s), median(costs[i].irradiance_ns),
-                median(costs[i].radiance_ns), median(costs[i].irradiance_percent), median(costs[i].silver_percent));
+    std::printf(
+        "{\"figure\": \"trade.%s\", \"bytes\": %.5g, \"bytes_per_s\": %.5g, \"irradiance_ns\": %.4g, \"radiance_ns\": "
+        "%.4g, "
+        "\"irradiance_percent\": %.4g, \"silver_percent\": %.4g}\n",
+        all[i].name().c_str(), median(costs[i].bytes), median(costs[i].bytes_per_s), median(costs[i].irradiance_ns),
+        median(costs[i].radiance_ns), median(costs[i].irradiance_percent), median(costs[i].silver_percent));
   if (argc == 2) {
     const std::string picture = argv[1];
     const eval::Chart chart = chart_of(all, costs);
-    if (const Status s = picture.ends_with(".svg") ? write_svg(chart, picture) : write_png(chart, picture); !s.ok()) fail(s);
+    if (const Status s = picture.ends_with(".svg") ? write_svg(chart, picture) : write_png(chart, picture); !s.ok())
+      fail(s);
   }
   return 0;
 }

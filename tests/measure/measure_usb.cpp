@@ -1,5 +1,5 @@
-// What frames of the USB link cost beside the messages in them: writing, reading, and reading what is damaged. One JSON object a
-// line for tests/figures: figure, value.
+// What frames of the USB link cost beside the messages in them: writing, reading, and reading what is damaged. One JSON
+// object a line for tests/figures: figure, value.
 //   measure_usb
 #include <chrono>
 #include <cstdio>

@@ -13,7 +13,8 @@ using bench::S1Options;
 
 class SeedMethod final : public MarkerMethod {
  public:
-  SeedMethod(bench::S1Encoding encoding, bench::S1TagDetector detector) : encoding_(encoding), detector_(std::move(detector)) {}
+  SeedMethod(bench::S1Encoding encoding, bench::S1TagDetector detector)
+      : encoding_(encoding), detector_(std::move(detector)) {}
 
   Status look(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body, const Shot& shot) override {
     const LensParameters& lens = rig.lenses.front();
@@ -30,7 +31,8 @@ class SeedMethod final : public MarkerMethod {
     for (std::vector<S1Case>* cases : {&plain_, &letter_}) {
       S1Options options;
       options.normals = cases == &plain_ ? S1Options::Normals::pose : S1Options::Normals::letter;
-      cases->push_back({&marker->second, bench::s1_sample(picture, camera, marker->second, *tags, options), frame.lamps.front().direction});
+      cases->push_back({&marker->second, bench::s1_sample(picture, camera, marker->second, *tags, options),
+                        frame.lamps.front().direction});
     }
     in_grid_.push_back(frame.group == "grid");
     return {};

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/codec.hpp>
 #include <utility>
+
+#include <lightwell/codec.hpp>
 
 #include "sim/rigs.hpp"
 

@@ -100,9 +100,8 @@ void SpeedBench::pass() {
   });
   shown_.lights = static_cast<int>(made_.lights.size());
   // All buffers hold the same, so copying changes nothing.
-  turn(memcpy_seconds_, [&](std::size_t i) {
-    std::memcpy(buffers_[(i + 1) % count].data(), buffers_[i].data(), buffers_[i].size());
-  });
+  turn(memcpy_seconds_,
+       [&](std::size_t i) { std::memcpy(buffers_[(i + 1) % count].data(), buffers_[i].data(), buffers_[i].size()); });
 }
 
 Speed SpeedBench::best() const {

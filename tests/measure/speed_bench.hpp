@@ -35,8 +35,8 @@ struct Speed {
   int lights = 0;
 };
 
-/// One case; several that take turns pass by pass see the same good moments of a machine that is different from second to
-/// second.
+/// One case; several that take turns pass by pass see the same good moments of a machine that is different from second
+/// to second.
 class SpeedBench {
  public:
   SpeedBench(const sim::Scene& scene, const SpeedCase& c);

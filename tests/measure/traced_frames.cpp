@@ -44,7 +44,8 @@ class Fields {
   std::array<double, N> numbers(const std::string& name) {
     const Value* v = find(name);
     std::array<double, N> out{};
-    if (v == nullptr || !v->has_list_value() || v->list_value().values_size() != static_cast<int>(N)) return lack(name, out);
+    if (v == nullptr || !v->has_list_value() || v->list_value().values_size() != static_cast<int>(N))
+      return lack(name, out);
     for (std::size_t k = 0; k < N; ++k) out[k] = v->list_value().values(static_cast<int>(k)).number_value();
     return out;
   }
@@ -100,7 +101,8 @@ std::vector<std::array<double, 3>> triples_of(const Value* list) {
   if (list == nullptr) return out;
   for (const Value& v : list->list_value().values()) {
     std::array<double, 3>& one = out.emplace_back();
-    for (int k = 0; k < std::min(3, v.list_value().values_size()); ++k) one[static_cast<std::size_t>(k)] = v.list_value().values(k).number_value();
+    for (int k = 0; k < std::min(3, v.list_value().values_size()); ++k)
+      one[static_cast<std::size_t>(k)] = v.list_value().values(k).number_value();
   }
   return out;
 }
@@ -163,7 +165,8 @@ Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
   frame.ambient_radiance = of.numbers<3>("ambient_radiance_rgb");
   if (of.find("panorama") != nullptr) read_room(of, frame);
   if (!of.lacking.empty()) return Status(StatusCode::data_loss, "scenes.json: " + name + " lacks " + of.lacking);
-  if (const Status ok = frame.rig.validate(); !ok.ok()) return Status(ok.code(), "scenes.json: " + name + ": " + ok.message());
+  if (const Status ok = frame.rig.validate(); !ok.ok())
+    return Status(ok.code(), "scenes.json: " + name + ": " + ok.message());
   return frame;
 }
 
@@ -183,7 +186,8 @@ bool inside(const std::vector<PixelPosition>& outline, double x, double y, doubl
 }
 
 /// The mean of the largest channel over the pixels inside; nothing of fewer than 20.
-std::optional<double> mean_inside(const std::vector<float>& rgb, int width, int height, const std::vector<PixelPosition>& outline) {
+std::optional<double> mean_inside(const std::vector<float>& rgb, int width, int height,
+                                  const std::vector<PixelPosition>& outline) {
   double left = width, right = 0, top = height, bottom = 0;
   for (const PixelPosition& p : outline) {
     left = std::min(left, p.x), right = std::max(right, p.x);
@@ -263,7 +267,8 @@ std::array<double, 3> true_irradiance(const TracedFrame& frame, Vec3d normal) {
   std::array<double, 3> out{};
   for (std::size_t c = 0; c < 3; ++c) {
     out[c] = std::numbers::pi * frame.ambient_radiance[c];
-    for (const TracedLamp& lamp : frame.lamps) out[c] += lamp.irradiance[c] * std::max(0.0, dot(lamp.direction, normal));
+    for (const TracedLamp& lamp : frame.lamps)
+      out[c] += lamp.irradiance[c] * std::max(0.0, dot(lamp.direction, normal));
   }
   return out;
 }

@@ -13,8 +13,9 @@
 namespace lightwell::measure {
 namespace {
 
-// A pinhole of 120x90 with 100 px, and a body of one square face of 0.4 m, a metre ahead, that looks back at it: a quarter turn of
-// the body about its own x would show it from the side. In the picture the face is 40 px wide about the middle, (59.5, 44.5).
+// A pinhole of 120x90 with 100 px, and a body of one square face of 0.4 m, a metre ahead, that looks back at it: a
+// quarter turn of the body about its own x would show it from the side. In the picture the face is 40 px wide about the
+// middle, (59.5, 44.5).
 constexpr const char* kScenes = R"({"frames": {
   "b_frame": {"file": "b.exr", "group": "grid", "body": "white", "turn_about_y_deg": 36.0,
     "camera": {"width": 120, "height": 90, "fx_px": 100.0, "fy_px": 100.0, "cx_px": 59.5, "cy_px": 44.5},
@@ -28,7 +29,8 @@ constexpr const char* kScenes = R"({"frames": {
     "board": {"size_m": [1, 1]}}}})";
 
 MarkerPatch square(double x, double y, double half, double albedo) {
-  return {{{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}}, {albedo, albedo, albedo}};
+  return {{{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}},
+          {albedo, albedo, albedo}};
 }
 
 /// A white patch on the left, a grey one on the right.
@@ -151,8 +153,8 @@ TEST(TracedPicture, NoiseIsWhatWasAskedForAndItsOwnInEveryFrame) {
     squares += v * v;
   }
   const auto count = static_cast<double>(first.pixels.front().size());
-  // Shot noise sqrt(0.8 / 10,000) = 0.00894, read noise 0.003, rounding 1 / 255 / sqrt(12) = 0.00113: together 0.00950. Of 32,400
-  // numbers the mean is known to 5e-5, the deviation to 4e-5.
+  // Shot noise sqrt(0.8 / 10,000) = 0.00894, read noise 0.003, rounding 1 / 255 / sqrt(12) = 0.00113: together 0.00950.
+  // Of 32,400 numbers the mean is known to 5e-5, the deviation to 4e-5.
   EXPECT_NEAR(sum / count, 0, 3e-4);
   EXPECT_NEAR(std::sqrt(squares / count), 0.00950, 2e-4);
 }

@@ -1,7 +1,8 @@
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include <lightwell/calibration.hpp>
-#include <numbers>
 
 namespace lightwell {
 namespace {
@@ -66,11 +67,15 @@ TEST(Calibration, ThatIsImpossibleIsRefusedByLensAndField) {
   EXPECT_NE(refusal(lens + "kannala_brandt { fx: nan fy: 1 } }").find("not finite"), std::string::npos);
   EXPECT_NE(refusal(lens + "kannala_brandt { fx: 100 fy: 100 k1: -0.5 } }").find("stops growing"), std::string::npos);
   EXPECT_NE(refusal(lens + "double_sphere { fx: 1 fy: 1 alpha: 2 } }").find("alpha"), std::string::npos);
-  EXPECT_NE(refusal("lens { width: 0 height: 480 max_angle_deg: 95 equirectangular {} }").find("width"), std::string::npos);
-  EXPECT_NE(refusal("lens { width: 64 height: 48 kannala_brandt { fx: 1 fy: 1 } }").find("max_angle_deg"), std::string::npos);
-  EXPECT_NE(refusal(lens + "kannala_brandt { fx: 100 fy: 100 } photometry { response { kind: TABLE inverse: [0, 0.5, 0.4] } } }")
-                .find("must rise"),
+  EXPECT_NE(refusal("lens { width: 0 height: 480 max_angle_deg: 95 equirectangular {} }").find("width"),
             std::string::npos);
+  EXPECT_NE(refusal("lens { width: 64 height: 48 kannala_brandt { fx: 1 fy: 1 } }").find("max_angle_deg"),
+            std::string::npos);
+  EXPECT_NE(
+      refusal(lens +
+              "kannala_brandt { fx: 100 fy: 100 } photometry { response { kind: TABLE inverse: [0, 0.5, 0.4] } } }")
+          .find("must rise"),
+      std::string::npos);
   const std::string good = lens + "kannala_brandt { fx: 100 fy: 100 } photometry { ";
   EXPECT_NE(refusal(good + "vignetting: -1 } }").find("vignetting"), std::string::npos);
   EXPECT_NE(refusal(good + "response { kind: TABLE inverse: [0.1, 0.9] } } }").find("to 1"), std::string::npos);

@@ -1,11 +1,13 @@
-#include <gtest/gtest.h>
+#include "reference/cap.hpp"
 
 #include <cmath>
 #include <limits>
-#include <lightwell/cap.hpp>
 #include <numbers>
 
-#include "reference/cap.hpp"
+#include <gtest/gtest.h>
+
+#include <lightwell/cap.hpp>
+
 #include "reference/ggx.hpp"
 #include "reference/quadrature.hpp"
 
@@ -85,7 +87,8 @@ TEST(Cap, RadianceIsTheLobeIntegratedOverTheCap) {
         }
         const double truth = sum / (kPi * std::sin(rho) * std::sin(rho));
         // The plain sum's own error is about 1e-4 where the horizon cuts the cap.
-        EXPECT_NEAR(cap_radiance(std::cos(angle), rho, lobe), truth, 2e-4 * kernel.at_cosine(1)) << r << " " << rho << " " << angle;
+        EXPECT_NEAR(cap_radiance(std::cos(angle), rho, lobe), truth, 2e-4 * kernel.at_cosine(1))
+            << r << " " << rho << " " << angle;
       }
     }
   }

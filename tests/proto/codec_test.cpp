@@ -1,12 +1,13 @@
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
-#include <random>
 
 #include "golden_vectors.hpp"
 #include "lightwell/v1/descriptor.pb.h"
@@ -149,7 +150,8 @@ TEST(Codec, RefusesMessagesThatBreakTheSpecificationNamingTheField) {
               for (int k = 0; k < 3; ++k) m.mutable_lights(0)->set_direction(k, 0);
             }).find("direction"),
             std::string::npos);
-  EXPECT_NE(message_of([](M& m) { m.mutable_lights(0)->set_angular_radius_e5(200000); }).find("radius"), std::string::npos);
+  EXPECT_NE(message_of([](M& m) { m.mutable_lights(0)->set_angular_radius_e5(200000); }).find("radius"),
+            std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.set_unseen(2); }).find("coverage"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.mutable_environment()->set_key(1); }).find("environment"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.set_units(v1::UNITS_UNSPECIFIED); }).find("units"), std::string::npos);
@@ -158,7 +160,8 @@ TEST(Codec, RefusesMessagesThatBreakTheSpecificationNamingTheField) {
 TEST(Codec, PassesOverFieldsThatItDoesNotKnow) {
   std::vector<std::byte> bytes = encoded(lit(1, 1));
   // Field 1000, length-delimited, "new".
-  for (const int b : std::initializer_list<int>{0xC2, 0x3E, 0x03, 'n', 'e', 'w'}) bytes.push_back(static_cast<std::byte>(b));
+  for (const int b : std::initializer_list<int>{0xC2, 0x3E, 0x03, 'n', 'e', 'w'})
+    bytes.push_back(static_cast<std::byte>(b));
   EXPECT_TRUE(decode_descriptor(bytes).ok());
 }
 
@@ -180,7 +183,8 @@ TEST(Codec, AFlagBehindTheLastOneThatHasANameIsAReasonToDoubt) {
   d.flags.set(kWireFlags.back());
   std::vector<std::byte> bytes = encoded(d);
   // Field 13 (flags), packed: one number.
-  const std::array<std::byte, 3> of_the_wire = {std::byte{0x6A}, std::byte{1}, static_cast<std::byte>(kWireFlags.back())};
+  const std::array<std::byte, 3> of_the_wire = {std::byte{0x6A}, std::byte{1},
+                                                static_cast<std::byte>(kWireFlags.back())};
   const auto at = std::ranges::find_end(bytes, of_the_wire);
   ASSERT_FALSE(at.empty());
   at.back() = static_cast<std::byte>(static_cast<int>(kWireFlags.back()) + 1);

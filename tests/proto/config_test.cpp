@@ -46,7 +46,9 @@ TEST(Config, SaysHowTheLinkIsGuarded) {
 }
 
 TEST(Config, AGuardThatContradictsItselfIsNamed) {
-  const auto with = [](const std::string& grpc) { return refusal("camera { uri: \"sim:city\" } grpc { " + grpc + " }"); };
+  const auto with = [](const std::string& grpc) {
+    return refusal("camera { uri: \"sim:city\" } grpc { " + grpc + " }");
+  };
   EXPECT_NE(with("security: LINK_SECURITY_TLS certificate: \"c.pem\"").find("grpc.key"), std::string::npos);
   EXPECT_NE(with("certificate: \"c.pem\" key: \"k.pem\"").find("LINK_SECURITY_TLS"), std::string::npos)
       << "a certificate that nobody would be shown";
@@ -114,7 +116,8 @@ TEST(Config, ThatCannotWorkIsRefusedByName) {
 }
 
 TEST(Config, TellsWhichMarkerIsLookedAt) {
-  EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->marker.has_value()) << "a panorama, unless a marker is named";
+  EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->marker.has_value())
+      << "a panorama, unless a marker is named";
   const auto c = parse_config("camera { uri: \"v4l2:/dev/video0\" } marker { body: \"dodecahedron.textproto\" }", "x");
   ASSERT_TRUE(c.ok()) << c.status().message();
   ASSERT_TRUE(c->marker.has_value());
@@ -151,13 +154,15 @@ TEST(Config, TellsWhereAGreyPatchIs) {
   const auto plain = parse_config("camera { uri: \"x:\" } grey_patch { width: 8 height: 8 }", "x");
   EXPECT_EQ(plain->grey_patch->normal, (Vec3f{0, 1, 0}));
   EXPECT_EQ(plain->grey_patch->albedo, 0.18);
-  EXPECT_NE(refusal("camera { uri: \"x:\" } grey_patch { normal: [1, 0] }").find("grey_patch.normal"), std::string::npos);
+  EXPECT_NE(refusal("camera { uri: \"x:\" } grey_patch { normal: [1, 0] }").find("grey_patch.normal"),
+            std::string::npos);
 }
 
 TEST(Config, NamesABrokerAndWhetherItIsFound) {
   const Result<Config> c = parse_config(
       "camera { uri: \"sim:city\" }\n"
-      "mqtt { uri: \"mqtts://broker/venue/attic\" ca_file: \"ca.pem\" certificate_file: \"me.pem\" key_file: \"me.key\"\n"
+      "mqtt { uri: \"mqtts://broker/venue/attic\" ca_file: \"ca.pem\" certificate_file: \"me.pem\" key_file: "
+      "\"me.key\"\n"
       "       login_file: \"login\" client_id: \"attic-1\" }\n"
       "discovery { mdns: MDNS_ON }\n",
       "probe.textproto");

@@ -1,11 +1,12 @@
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <lightwell/checksum.hpp>
-#include <lightwell/framing.hpp>
 #include <map>
 #include <random>
 #include <string>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/checksum.hpp>
+#include <lightwell/framing.hpp>
 
 namespace lightwell {
 namespace {
@@ -92,8 +93,10 @@ TEST(Framing, ATransferOfOneFrameAlwaysEndsWithAShortPacket) {
 TEST(Framing, LargestMessagesPassAndLargerOnesAreRefusedWithoutSpendingANumber) {
   FrameWriter writer(1);
   Bytes out;
-  EXPECT_EQ(writer.write(FrameKind::descriptor, Bytes(kMaxDescriptorBytes + 1), out).code(), StatusCode::invalid_argument);
-  EXPECT_EQ(writer.write(FrameKind::request, Bytes(kMaxLinkMessageBytes + 1), out).code(), StatusCode::invalid_argument);
+  EXPECT_EQ(writer.write(FrameKind::descriptor, Bytes(kMaxDescriptorBytes + 1), out).code(),
+            StatusCode::invalid_argument);
+  EXPECT_EQ(writer.write(FrameKind::request, Bytes(kMaxLinkMessageBytes + 1), out).code(),
+            StatusCode::invalid_argument);
   EXPECT_EQ(writer.sequence(), 0U);
   Listener listener;
   listener.push(frame_of(writer, Bytes(kMaxDescriptorBytes)));
@@ -128,7 +131,8 @@ TEST(Framing, ACutAnywhereLosesWhatWasCutAndNothingThatFollows) {
   for (std::size_t from = first.size(); from < first.size() + second.size(); ++from)
     for (std::size_t length = 1; length <= first.size() + second.size() - from; ++length) {
       Bytes cut = whole;
-      cut.erase(cut.begin() + static_cast<std::ptrdiff_t>(from), cut.begin() + static_cast<std::ptrdiff_t>(from + length));
+      cut.erase(cut.begin() + static_cast<std::ptrdiff_t>(from),
+                cut.begin() + static_cast<std::ptrdiff_t>(from + length));
       Listener listener;
       listener.push(cut + fourth);
       listener.reader.end_transfer(listener.take);
@@ -217,7 +221,8 @@ TEST(Framing, OversizedUnknownAndReplayedFramesAreCountedEachByItsName) {
   EXPECT_EQ(c.lost, 3U) << "a new session is no loss";
 }
 
-/// One random mistake in a stream of frames: which of its bytes are not what was sent, or where something was put between.
+/// One random mistake in a stream of frames: which of its bytes are not what was sent, or where something was put
+/// between.
 class Damage {
  public:
   explicit Damage(std::uint32_t seed) : random_(seed) {}

@@ -1,8 +1,9 @@
+#include <limits>
+#include <numbers>
+
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <lightwell/geometry.hpp>
-#include <numbers>
 
 namespace lightwell {
 namespace {

@@ -1,9 +1,10 @@
+#include <fstream>
+#include <sstream>
+
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <lightwell/codec.hpp>
 #include <lightwell/recording.hpp>
-#include <sstream>
 
 #include "golden_vectors.hpp"
 
@@ -45,16 +46,17 @@ TEST(GoldenVectors, AreReadAsTheValuesTheyWereMadeOf) {
   }
 }
 
-/// Version 1 of the wire is frozen: these bytes were given out, and whatever is added is read beside them. A vector may be
-/// added, never changed.
+/// Version 1 of the wire is frozen: these bytes were given out, and whatever is added is read beside them. A vector may
+/// be added, never changed.
 TEST(GoldenVectors, OfVersion1StayAsTheyWereGivenOut) {
   struct Frozen {
     const char* name;
     std::size_t bytes;
     std::uint32_t crc32c;
   };
-  for (const Frozen& f : {Frozen{"v1_constant", 68, 0x35079315}, Frozen{"v1_environment_changes", 97, 0x9b52980f}, Frozen{"v1_fullest", 3613, 0xc5141bb8},
-                          Frozen{"v1_lamp_at_plus_x", 141, 0x2d2dbf33}, Frozen{"v1_smallest", 35, 0x314b523e}}) {
+  for (const Frozen& f : {Frozen{"v1_constant", 68, 0x35079315}, Frozen{"v1_environment_changes", 97, 0x9b52980f},
+                          Frozen{"v1_fullest", 3613, 0xc5141bb8}, Frozen{"v1_lamp_at_plus_x", 141, 0x2d2dbf33},
+                          Frozen{"v1_smallest", 35, 0x314b523e}}) {
     const std::string bytes = file(std::string(f.name) + ".bin");
     EXPECT_EQ(bytes.size(), f.bytes) << f.name;
     EXPECT_EQ(crc32c(std::as_bytes(std::span(bytes))), f.crc32c) << f.name;
@@ -68,8 +70,8 @@ TEST(GoldenVectors, OfANewerProbeAreReadForWhatIsKnown) {
   const auto plain = decode_descriptor(std::as_bytes(std::span(known)));
   ASSERT_TRUE(plain.ok());
   // Field 14 (setting) 9, field 13 (flags) 2 and 200, field 15 (flicker) 77, field 900 a text: protobuf's own encoding.
-  std::string newer = known + std::string("\x70\x09", 2) + std::string("\x6a\x03\x02\xc8\x01", 5) + std::string("\x78\x4d", 2) +
-                      std::string("\xa2\x38\x05later", 8);
+  std::string newer = known + std::string("\x70\x09", 2) + std::string("\x6a\x03\x02\xc8\x01", 5) +
+                      std::string("\x78\x4d", 2) + std::string("\xa2\x38\x05later", 8);
   const auto d = decode_descriptor(std::as_bytes(std::span(newer)));
   ASSERT_TRUE(d.ok()) << d.status().message();
   EXPECT_EQ(d->lights.size(), plain->lights.size());

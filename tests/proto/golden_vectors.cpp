@@ -87,7 +87,9 @@ Descriptor fullest() {
   d.environment = whole_map();
   d.saturated = 0.25F;
   // Those that version 1 was frozen with.
-  for (const Flag f : {Flag::unseen, Flag::clipped, Flag::cleaned, Flag::dark, Flag::moved, Flag::filled, Flag::recovered}) d.flags.set(f);
+  for (const Flag f :
+       {Flag::unseen, Flag::clipped, Flag::cleaned, Flag::dark, Flag::moved, Flag::filled, Flag::recovered})
+    d.flags.set(f);
   d.bound.total = std::numeric_limits<float>::infinity();
   return d;
 }

@@ -1,9 +1,10 @@
 // The descriptors whose bytes are kept in proto/vectors: one set for each wire version.
 #pragma once
 
-#include <lightwell/descriptor.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/descriptor.hpp>
 
 namespace lightwell {
 

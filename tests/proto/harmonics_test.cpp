@@ -1,11 +1,13 @@
-#include <gtest/gtest.h>
+#include "reference/harmonics.hpp"
 
 #include <cmath>
-#include <lightwell/harmonics.hpp>
-#include <lightwell/lobes.hpp>
 #include <numbers>
 
-#include "reference/harmonics.hpp"
+#include <gtest/gtest.h>
+
+#include <lightwell/harmonics.hpp>
+#include <lightwell/lobes.hpp>
+
 #include "reference/vector.hpp"
 
 namespace lightwell {

@@ -1,6 +1,6 @@
-#include <lightwell/json.hpp>
-
 #include <gtest/gtest.h>
+
+#include <lightwell/json.hpp>
 
 namespace lightwell {
 namespace {

@@ -1,9 +1,10 @@
+#include <limits>
+#include <random>
+
 #include <gtest/gtest.h>
 
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
-#include <limits>
-#include <random>
 
 #include "lightwell/v1/link_message.pb.h"
 #include "support/fake_commands.hpp"

@@ -1,9 +1,10 @@
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
-#include <lightwell/lobes.hpp>
 #include <numbers>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/lobes.hpp>
 
 #include "reference/ggx.hpp"
 #include "reference/harmonics.hpp"
@@ -14,8 +15,7 @@ namespace {
 namespace ref = reference;
 
 TEST(CosineLobe, IsTheIntegralOfAClippedCosineInEveryBand) {
-  for (int l = 0; l <= kMaxBasisBand; ++l)
-    EXPECT_NEAR(cosine_lobe(l), ref::cosine_lobe_by_quadrature(l), 1e-9) << l;
+  for (int l = 0; l <= kMaxBasisBand; ++l) EXPECT_NEAR(cosine_lobe(l), ref::cosine_lobe_by_quadrature(l), 1e-9) << l;
 }
 
 TEST(GgxLobe, IsTheOraclesKernelAtEveryRoughness) {
@@ -32,7 +32,8 @@ TEST(GgxLobe, HasTheOraclesLegendreCoefficients) {
     const auto k = GgxLobe(r).coefficients();
     const std::vector<double> truth = ref::ggx_legendre(r, kMaxBand);
     // The house asks for 1e-5 of the answer; quadrature with 32 nodes gives far more.
-    for (int l = 0; l <= kMaxBand; ++l) EXPECT_NEAR(k[static_cast<std::size_t>(l)], truth[static_cast<std::size_t>(l)], 1e-8) << "r " << r << " l " << l;
+    for (int l = 0; l <= kMaxBand; ++l)
+      EXPECT_NEAR(k[static_cast<std::size_t>(l)], truth[static_cast<std::size_t>(l)], 1e-8) << "r " << r << " l " << l;
   }
 }
 

@@ -1,6 +1,7 @@
 // make_golden_vectors DIRECTORY: writes the golden messages, binary and JSON.
 #include <fstream>
 #include <iostream>
+
 #include <lightwell/codec.hpp>
 
 #include "golden_vectors.hpp"

@@ -1,9 +1,9 @@
-#include <gtest/gtest.h>
-
 #include <algorithm>
-
 #include <cmath>
 #include <limits>
+
+#include <gtest/gtest.h>
+
 #include <lightwell/equirect.hpp>
 #include <lightwell/octahedral.hpp>
 #include <lightwell/pixel.hpp>
@@ -18,7 +18,8 @@ namespace ref = reference;
 
 // Written by hand from HOUSE.md: the centre is -Z, to the right is +X, the top row is +Y.
 TEST(Equirect, LooksAlongMinusZWithXToTheRight) {
-  const Vec3d centre = equirect_direction(0.5, 0.5), right = equirect_direction(0.75, 0.5), top = equirect_direction(0.3, 0);
+  const Vec3d centre = equirect_direction(0.5, 0.5), right = equirect_direction(0.75, 0.5),
+              top = equirect_direction(0.3, 0);
   EXPECT_NEAR(centre.z, -1, 1e-12);
   EXPECT_NEAR(right.x, 1, 1e-12);
   EXPECT_NEAR(top.y, 1, 1e-12);
@@ -72,7 +73,8 @@ TEST(Rgb9e5, TakesWhatIsNoLightForDarknessAndTheTooBrightForTheBrightest) {
 }
 
 TEST(Ycbcr, HasWhiteBlackAndThePrimariesOfBt601LimitedRange) {
-  const auto white = rgb8_of_ycbcr601(235, 128, 128), black = rgb8_of_ycbcr601(16, 128, 128), red = rgb8_of_ycbcr601(81, 90, 240);
+  const auto white = rgb8_of_ycbcr601(235, 128, 128), black = rgb8_of_ycbcr601(16, 128, 128),
+             red = rgb8_of_ycbcr601(81, 90, 240);
   for (const int v : white) EXPECT_EQ(v, 255);
   for (const int v : black) EXPECT_EQ(v, 0);
   // Bytes are rounded: a step of chroma is two codes.

@@ -68,7 +68,8 @@ TEST(MarkerBody, ItsTagsAreOfAKnownFamilyAndSize) {
   EXPECT_THAT(refusal([](MarkerBody& b) { b.tag_family = "tag16h5"; }),
               HasSubstr("'tag16h5' is not known; tag36h11 and tagStandard41h12 are"));
   for (const double size : {0.0, -0.024, kNan, kInf})
-    EXPECT_THAT(refusal([&](MarkerBody& b) { b.tag_size_m = size; }), HasSubstr("tag_size_m must be positive and finite"));
+    EXPECT_THAT(refusal([&](MarkerBody& b) { b.tag_size_m = size; }),
+                HasSubstr("tag_size_m must be positive and finite"));
 }
 
 TEST(MarkerBody, ItsFacesAreToldByTheirTags) {
@@ -82,10 +83,14 @@ TEST(MarkerBody, ItsFacesAreToldByTheirTags) {
 }
 
 TEST(MarkerBody, ItsFacesAreSomewhere) {
-  EXPECT_THAT(refusal([](MarkerBody& b) { b.faces[0].body_face.rotation = {0, 0, 0, 0}; }),
+  EXPECT_THAT(refusal([](MarkerBody& b) {
+                b.faces[0].body_face.rotation = {0, 0, 0, 0};
+              }),
               HasSubstr("face of tag 3: pose has no rotation"));
-  EXPECT_THAT(refusal([](MarkerBody& b) { b.faces[0].body_face.rotation.x = kNan; }), HasSubstr("pose has no rotation"));
-  EXPECT_THAT(refusal([](MarkerBody& b) { b.faces[0].body_face.translation.y = kInf; }), HasSubstr("tx, ty, tz must be finite"));
+  EXPECT_THAT(refusal([](MarkerBody& b) { b.faces[0].body_face.rotation.x = kNan; }),
+              HasSubstr("pose has no rotation"));
+  EXPECT_THAT(refusal([](MarkerBody& b) { b.faces[0].body_face.translation.y = kInf; }),
+              HasSubstr("tx, ty, tz must be finite"));
 }
 
 TEST(MarkerBody, OutlinesAreConvexAndCounterClockwise) {
@@ -141,11 +146,12 @@ TEST(MarkerBody, TextGivesTheSameBodyToTheLastBit) {
 }
 
 TEST(MarkerBody, TextMayGiveOneAlbedoForAllChannelsAndARotationOfAnyLength) {
-  const auto b = parse_marker_body("tag_family: \"tag36h11\" tag_size_m: 0.024 face { tag_id: 1 pose { qx: 3 qw: 4 }\n"
-                                   "outline_m: [0, 0, 1, 0, 0, 1]\n"
-                                   "patch { outline_m: [0, 0, 1, 0, 0, 1] albedo: 0.5 }\n"
-                                   "patch { outline_m: [0, 0, 1, 0, 0, 1] albedo: [0.1, 0.2, 0.3] } }",
-                                   "x");
+  const auto b = parse_marker_body(
+      "tag_family: \"tag36h11\" tag_size_m: 0.024 face { tag_id: 1 pose { qx: 3 qw: 4 }\n"
+      "outline_m: [0, 0, 1, 0, 0, 1]\n"
+      "patch { outline_m: [0, 0, 1, 0, 0, 1] albedo: 0.5 }\n"
+      "patch { outline_m: [0, 0, 1, 0, 0, 1] albedo: [0.1, 0.2, 0.3] } }",
+      "x");
   ASSERT_TRUE(b.ok()) << b.status().message();
   EXPECT_EQ(b->faces[0].body_face.rotation, (Quat{0.6, 0, 0, 0.8}));
   EXPECT_EQ(b->faces[0].patches[0].albedo, (std::array{0.5, 0.5, 0.5}));
@@ -159,13 +165,18 @@ TEST(MarkerBody, TextThatIsWrongIsNamedByFileAndPlace) {
               testing::AllOf(StartsWith("cube.textproto:7:"), HasSubstr("did you mean 'outline_m'?")));
   EXPECT_THAT(refusal_of_text(text_with("", "bal { radius_m: 1 }")), HasSubstr("did you mean 'ball'?"));
   EXPECT_THAT(refusal_of_text(text_with("  patch { albdo: 1 }\n")), HasSubstr("did you mean 'albedo'?"));
-  EXPECT_THAT(refusal_of_text(text_with("  outline_m: 3\n")), HasSubstr("face of tag 3: outline_m has an odd number of numbers"));
-  EXPECT_THAT(refusal_of_text(text_with("  patch { outline_m: [0, 0, 1] albedo: 1 }\n")), HasSubstr("patch 0: outline_m has an odd"));
+  EXPECT_THAT(refusal_of_text(text_with("  outline_m: 3\n")),
+              HasSubstr("face of tag 3: outline_m has an odd number of numbers"));
+  EXPECT_THAT(refusal_of_text(text_with("  patch { outline_m: [0, 0, 1] albedo: 1 }\n")),
+              HasSubstr("patch 0: outline_m has an odd"));
   EXPECT_THAT(refusal_of_text(text_with("  patch { outline_m: [0, 0, 1, 0, 0, 1] albedo: [1, 1] }\n")),
               HasSubstr("patch 0: albedo is one number, or r, g, b"));
-  EXPECT_THAT(refusal_of_text(text_with("  patch { outline_m: [0, 0, 1, 0, 0, 1] }\n")), HasSubstr("patch 0: albedo is one number"));
-  EXPECT_THAT(refusal_of_text(text_with("", "ball { center_m: [0, 0] radius_m: 1 albedo: 1 }")), HasSubstr("ball: center_m is x, y, z"));
-  EXPECT_THAT(refusal_of_text(text_with("", "ball { center_m: [0, 0, 0] radius_m: 1 }")), HasSubstr("ball: albedo is one number"));
+  EXPECT_THAT(refusal_of_text(text_with("  patch { outline_m: [0, 0, 1, 0, 0, 1] }\n")),
+              HasSubstr("patch 0: albedo is one number"));
+  EXPECT_THAT(refusal_of_text(text_with("", "ball { center_m: [0, 0] radius_m: 1 albedo: 1 }")),
+              HasSubstr("ball: center_m is x, y, z"));
+  EXPECT_THAT(refusal_of_text(text_with("", "ball { center_m: [0, 0, 0] radius_m: 1 }")),
+              HasSubstr("ball: albedo is one number"));
   EXPECT_THAT(refusal_of_text("face { tag_id: 4294967295 }"), StartsWith("cube.textproto: "));
   EXPECT_THAT(refusal_of_text(""), HasSubstr("tag_family: ''"));
   EXPECT_THAT(refusal_of_text("tag_family: \"tag36h11\" tag_size_m: 1"), HasSubstr("no face"));

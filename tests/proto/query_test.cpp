@@ -1,7 +1,8 @@
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include <lightwell/query.hpp>
-#include <numbers>
 
 namespace lightwell {
 namespace {

@@ -1,8 +1,9 @@
-#include <gtest/gtest.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+
+#include <gtest/gtest.h>
+
 #include <lightwell/recording.hpp>
 
 namespace lightwell {

@@ -16,26 +16,26 @@ namespace lightwell::reference {
 /// over the seam. A step beyond row 0 or row H - 1 lands in the same row across the pole: column
 /// i + W/2 and its two neighbours (for odd W, the two columns that touch the opposite meridian).
 struct BrightRegion {
-    /// Unit vector: the normalised sum of luminance * solid angle * direction. Where that sum is
-    /// zero (a constant image), the peak's direction.
-    V3 direction;
-    /// Sum of L (d . direction) d_omega: what a receiver that faces the region gets from it, per
-    /// channel. For a uniform cap this is pi sin^2 rho L.
-    Rgb vector_irradiance{};
-    /// Sum of L d_omega, per channel: the same for small regions.
-    Rgb radiance_integral{};
-    double solid_angle_sr = 0;
-    /// Radius of the uniform cap with the same second moment: cos rho = 1 - 2 <1 - cos>, the mean
-    /// weighted by luminance * solid angle and taken about `direction`.
-    double angular_radius_rad = 0;
-    /// Radius of the cap with the same solid angle.
-    double solid_angle_radius_rad = 0;
-    /// In the image's unit (cd/m2 where absolute).
-    double peak_luminance = 0;
-    /// Peak luminance by the mean luminance over the sphere of the whole (cleaned) image.
-    double peak_to_mean = 0;
-    /// Row-major indices of the region's pixels, ascending.
-    std::vector<std::size_t> pixels;
+  /// Unit vector: the normalised sum of luminance * solid angle * direction. Where that sum is
+  /// zero (a constant image), the peak's direction.
+  V3 direction;
+  /// Sum of L (d . direction) d_omega: what a receiver that faces the region gets from it, per
+  /// channel. For a uniform cap this is pi sin^2 rho L.
+  Rgb vector_irradiance{};
+  /// Sum of L d_omega, per channel: the same for small regions.
+  Rgb radiance_integral{};
+  double solid_angle_sr = 0;
+  /// Radius of the uniform cap with the same second moment: cos rho = 1 - 2 <1 - cos>, the mean
+  /// weighted by luminance * solid angle and taken about `direction`.
+  double angular_radius_rad = 0;
+  /// Radius of the cap with the same solid angle.
+  double solid_angle_radius_rad = 0;
+  /// In the image's unit (cd/m2 where absolute).
+  double peak_luminance = 0;
+  /// Peak luminance by the mean luminance over the sphere of the whole (cleaned) image.
+  double peak_to_mean = 0;
+  /// Row-major indices of the region's pixels, ascending.
+  std::vector<std::size_t> pixels;
 };
 
 /// The brightest region; none where no pixel is above zero.

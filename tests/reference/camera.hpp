@@ -19,8 +19,8 @@ namespace lightwell::reference {
 /// pixel = (fx r x / hypot(x, y) + cx, fy r y / hypot(x, y) + cy). Focal lengths in pixels per rad.
 /// Valid up to the first theta where r stops growing, or pi.
 struct KannalaBrandt {
-    double fx = 1, fy = 1, cx = 0, cy = 0;
-    double k1 = 0, k2 = 0, k3 = 0, k4 = 0;
+  double fx = 1, fy = 1, cx = 0, cy = 0;
+  double k1 = 0, k2 = 0, k3 = 0, k4 = 0;
 };
 
 /// r(theta), theta in rad.
@@ -39,8 +39,8 @@ std::optional<V3> unproject(const KannalaBrandt& camera, const V2& pixel);
 /// condition r^2 <= 1 / (2 alpha - 1) for alpha > 1/2 does. Between largest_theta and
 /// turning_theta a pixel has a direction that `project` refuses.
 struct DoubleSphere {
-    double fx = 1, fy = 1, cx = 0, cy = 0;
-    double xi = 0, alpha = 0;
+  double fx = 1, fy = 1, cx = 0, cy = 0;
+  double xi = 0, alpha = 0;
 };
 
 /// The distance from the centre in the plane before fx and fy, of a direction theta (rad) from the
@@ -59,7 +59,7 @@ std::optional<V3> unproject(const DoubleSphere& camera, const V2& pixel);
 /// the image is +z, to the right is +x, the top row is -y. Pixels x in [-0.5, W - 0.5],
 /// y in [-0.5, H - 0.5].
 struct Equirectangular {
-    int width = 0, height = 0;
+  int width = 0, height = 0;
 };
 
 std::optional<V2> project(const Equirectangular& camera, const V3& point_cv);

@@ -19,25 +19,25 @@ namespace lightwell::reference {
 /// 2007, eq. 33 rewritten; glTF 2.0, appendix B.3.2). With s = 1 - cos theta, theta the angle
 /// between d and l: (n.h)^2 = 1 - s/2, so D = a2 / (pi (a2 + s (1 - a2) / 2)^2).
 class GgxKernel {
-public:
-    /// Perceptual roughness, 0 < r <= 1; throws std::domain_error otherwise (at 0 it is a delta).
-    explicit GgxKernel(double perceptual_roughness);
+ public:
+  /// Perceptual roughness, 0 < r <= 1; throws std::domain_error otherwise (at 0 it is a delta).
+  explicit GgxKernel(double perceptual_roughness);
 
-    /// k at s = 1 - cos theta, 0..2: exact for narrow lobes, where the cosine has lost its digits.
-    [[nodiscard]] double at_versine(double s) const;
-    /// k at cos theta, -1..1.
-    [[nodiscard]] double at_cosine(double cosine) const;
-    /// D(h)(n.l) at s, not normalised.
-    [[nodiscard]] double weight(double s) const;
-    /// The integral of D(h)(n.l) over the sphere (without unit), by adaptive quadrature.
-    [[nodiscard]] double weight_integral() const { return integral_; }
-    /// K_l, l = 0..band: 2 pi times the integral of k(c) P_l(c) dc. Band l of radiance becomes K_l
-    /// times itself (Funk-Hecke); K_0 = 1. Absolute error below 1e-10 for r >= 0.02.
-    [[nodiscard]] std::vector<double> legendre_coefficients(int band) const;
+  /// k at s = 1 - cos theta, 0..2: exact for narrow lobes, where the cosine has lost its digits.
+  [[nodiscard]] double at_versine(double s) const;
+  /// k at cos theta, -1..1.
+  [[nodiscard]] double at_cosine(double cosine) const;
+  /// D(h)(n.l) at s, not normalised.
+  [[nodiscard]] double weight(double s) const;
+  /// The integral of D(h)(n.l) over the sphere (without unit), by adaptive quadrature.
+  [[nodiscard]] double weight_integral() const { return integral_; }
+  /// K_l, l = 0..band: 2 pi times the integral of k(c) P_l(c) dc. Band l of radiance becomes K_l
+  /// times itself (Funk-Hecke); K_0 = 1. Absolute error below 1e-10 for r >= 0.02.
+  [[nodiscard]] std::vector<double> legendre_coefficients(int band) const;
 
-private:
-    double a2_ = 1;
-    double integral_ = 1;
+ private:
+  double a2_ = 1;
+  double integral_ = 1;
 };
 
 /// K_l for l = 0..band, see GgxKernel::legendre_coefficients.
@@ -47,7 +47,6 @@ std::vector<double> ggx_legendre(double perceptual_roughness, int band);
 /// seen from direction d by a mirror of that roughness with N = V = R = d. Unit of the image.
 /// The kernel is taken at samples_per_axis^2 points of each (uniform) pixel; one is enough while
 /// the lobe (alpha rad) is wider than a few pixels. Roughness 0 is the bilinear sample from d.
-Rgb radiance_ggx(const Panorama& p, const V3& d, double perceptual_roughness,
-                 int samples_per_axis = 1);
+Rgb radiance_ggx(const Panorama& p, const V3& d, double perceptual_roughness, int samples_per_axis = 1);
 
 }  // namespace lightwell::reference

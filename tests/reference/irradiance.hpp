@@ -19,15 +19,15 @@ std::vector<Rgb> irradiance_at(const Panorama& p, const std::vector<V3>& normals
 
 /// How far an estimate is from the truth, without unit.
 struct IrradianceError {
-    /// RMS of the difference over normals and three channels, by the RMS of the truth: the house's
-    /// metric when the normals are fibonacci_normals(2048).
-    double rms = 0;
-    /// The same with squared difference and squared truth weighted 0.2126, 0.7152, 0.0722 by
-    /// channel.
-    double luminance_weighted = 0;
-    /// The largest absolute difference of any normal and channel, by the (unweighted) RMS of the
-    /// truth.
-    double largest = 0;
+  /// RMS of the difference over normals and three channels, by the RMS of the truth: the house's
+  /// metric when the normals are fibonacci_normals(2048).
+  double rms = 0;
+  /// The same with squared difference and squared truth weighted 0.2126, 0.7152, 0.0722 by
+  /// channel.
+  double luminance_weighted = 0;
+  /// The largest absolute difference of any normal and channel, by the (unweighted) RMS of the
+  /// truth.
+  double largest = 0;
 };
 
 /// Truth and estimate at the same normals. A truth of zero gives 0 when the estimate is zero too,

@@ -14,9 +14,9 @@ namespace lightwell::reference {
 /// theta = pi (0.5 - v), d = (cos theta sin phi, sin theta, -cos theta cos phi).
 /// So the centre is -Z, to the right is +X, the top row is +Y. Each pixel is one uniform patch.
 struct Panorama {
-    int width = 0;
-    int height = 0;
-    std::vector<double> rgb;
+  int width = 0;
+  int height = 0;
+  std::vector<double> rgb;
 };
 
 /// A scene: radiance as a function of the unit direction from which it comes.
@@ -59,15 +59,14 @@ Panorama from_function(int width, int height, const RadianceFunction& f, int sam
 /// fraction by rim_samples^2 samples, each of which sees the rim as a ramp as wide as the cell's
 /// height (a hard step would err by up to half a cell where the rim runs along a row); all others
 /// are exact.
-Panorama disc_lamp(int width, int height, const V3& direction, double angular_radius_rad,
-                   const Rgb& radiance, int rim_samples = 32);
+Panorama disc_lamp(int width, int height, const V3& direction, double angular_radius_rad, const Rgb& radiance,
+                   int rim_samples = 32);
 
 /// The sum of two images of the same size.
 Panorama sum(const Panorama& a, const Panorama& b);
 
 /// The scene turned as a rigid whole: what came from d comes from `rotation` d afterwards. Output
 /// of any size, each pixel the mean of samples_per_axis^2 bilinear samples of p.
-Panorama turned(const Panorama& p, const M3& rotation, int width, int height,
-                int samples_per_axis);
+Panorama turned(const Panorama& p, const M3& rotation, int width, int height, int samples_per_axis);
 
 }  // namespace lightwell::reference

@@ -8,8 +8,8 @@ namespace lightwell::reference {
 
 /// A rule on [-1, 1]: the integral of f is about the sum of weights[i] f(nodes[i]).
 struct GaussLegendre {
-    std::vector<double> nodes;
-    std::vector<double> weights;
+  std::vector<double> nodes;
+  std::vector<double> weights;
 };
 
 /// The n-point Gauss-Legendre rule, exact for polynomials of degree 2n - 1 (Abramowitz & Stegun

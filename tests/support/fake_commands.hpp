@@ -1,9 +1,10 @@
 // What a link hands on, kept for a test to look at.
 #pragma once
 
-#include <lightwell/status.hpp>
 #include <mutex>
 #include <optional>
+
+#include <lightwell/status.hpp>
 
 namespace lightwell::test {
 

@@ -1,15 +1,15 @@
 #include "support/impairing_proxy.hpp"
 
-#include <arpa/inet.h>
-#include <fcntl.h>
-#include <netinet/tcp.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
+#include <fcntl.h>
 #include <iostream>
+#include <poll.h>
+#include <unistd.h>
+
+#include <arpa/inet.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 
 #include "support/loopback.hpp"
 
@@ -141,10 +141,12 @@ void ImpairingProxy::read_some(Pair& pair, std::size_t direction) {
   carried.insert(carried.end(), bytes.begin(), bytes.end());
   Clock::time_point due = Clock::now() + impairment_.delay;
   if (impairment_.jitter.count() > 0)
-    due += std::chrono::nanoseconds(std::uniform_int_distribution<std::int64_t>(0, impairment_.jitter.count())(random_));
+    due +=
+        std::chrono::nanoseconds(std::uniform_int_distribution<std::int64_t>(0, impairment_.jitter.count())(random_));
   if (impairment_.bytes_per_s > 0) {
-    way.free_at = std::max(way.free_at, Clock::now()) +
-                  std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * static_cast<double>(n) / impairment_.bytes_per_s));
+    way.free_at =
+        std::max(way.free_at, Clock::now()) +
+        std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * static_cast<double>(n) / impairment_.bytes_per_s));
     due = std::max(due, way.free_at + impairment_.delay);
   }
   if (!way.under_way.empty()) due = std::max(due, way.under_way.back().due);
@@ -155,7 +157,8 @@ void ImpairingProxy::read_some(Pair& pair, std::size_t direction) {
 bool ImpairingProxy::write_due(Way& way) {
   while (!way.under_way.empty() && way.under_way.front().due <= Clock::now()) {
     Piece& piece = way.under_way.front();
-    const ssize_t n = ::send(way.to, piece.bytes.data() + piece.written, piece.bytes.size() - piece.written, MSG_NOSIGNAL);
+    const ssize_t n =
+        ::send(way.to, piece.bytes.data() + piece.written, piece.bytes.size() - piece.written, MSG_NOSIGNAL);
     if (n < 0) return errno == EAGAIN || errno == EINTR;
     piece.written += static_cast<std::size_t>(n);
     if (piece.written < piece.bytes.size()) return true;

@@ -81,7 +81,7 @@ class ImpairingProxy {
   int port_ = 0, listener_ = -1, wake_[2] = {-1, -1};
   std::atomic<bool> stopping_{false}, held_{false}, cut_{false};
   mutable std::mutex mutex_;
-  Impairment impairment_;                                      // under the mutex
+  Impairment impairment_;                                       // under the mutex
   std::vector<std::array<std::vector<std::byte>, 2>> carried_;  // under the mutex; by connection
   std::mt19937 random_;
   std::list<Pair> pairs_;  // the thread's own

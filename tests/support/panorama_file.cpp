@@ -12,8 +12,7 @@
 
 namespace lightwell::test {
 
-PanoramaPixels room(int width, const std::function<Radiance(Vec3d)>& rest,
-                    const std::vector<Lamp>& lamps) {
+PanoramaPixels room(int width, const std::function<Radiance(Vec3d)>& rest, const std::vector<Lamp>& lamps) {
   PanoramaPixels p{width, width / 2, {}};
   const double pixel_rad = 2 * std::numbers::pi / width;
   for (int j = 0; j < p.height; ++j) {
@@ -49,8 +48,8 @@ void write_exr(const std::string& path, const PanoramaPixels& pixels) {
     header.channels().insert(names[c], Imf::Channel(Imf::FLOAT));
     // OpenEXR takes a pointer that it could write through; it only reads from it here.
     char* const first = const_cast<char*>(reinterpret_cast<const char*>(pixels.rgb.data() + c));
-    buffer.insert(names[c], Imf::Slice(Imf::FLOAT, first, 3 * kFloat,
-                                       3 * kFloat * static_cast<std::size_t>(pixels.width)));
+    buffer.insert(names[c],
+                  Imf::Slice(Imf::FLOAT, first, 3 * kFloat, 3 * kFloat * static_cast<std::size_t>(pixels.width)));
   }
   Imf::OutputFile file(path.c_str(), header);
   file.setFrameBuffer(buffer);

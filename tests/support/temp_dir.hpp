@@ -25,9 +25,7 @@ class TempDir {
     std::filesystem::remove_all(folder_, ignored);
   }
 
-  [[nodiscard]] std::string path(const std::string& name) const {
-    return (folder_ / name).string();
-  }
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   /// Returns the path.
   std::string write(const std::string& name, std::string_view text) const {

@@ -19,17 +19,16 @@ inline constexpr std::chrono::milliseconds kPatience{30'000};
 #endif
 
 /// Looks every few milliseconds. EXPECT_TRUE(comes_true("the client is gone", [&] { ... }));
-[[nodiscard]] inline ::testing::AssertionResult comes_true(
-    const std::string& what, const std::function<bool()>& condition,
-    std::chrono::milliseconds patience = kPatience) {
+[[nodiscard]] inline ::testing::AssertionResult comes_true(const std::string& what,
+                                                           const std::function<bool()>& condition,
+                                                           std::chrono::milliseconds patience = kPatience) {
   const auto end = std::chrono::steady_clock::now() + patience;
   do {
     if (condition()) return ::testing::AssertionSuccess();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   } while (std::chrono::steady_clock::now() < end);
   if (condition()) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure()
-         << "waited " << patience.count() << " ms in vain until " << what;
+  return ::testing::AssertionFailure() << "waited " << patience.count() << " ms in vain until " << what;
 }
 
 }  // namespace lightwell::test

@@ -1,7 +1,8 @@
 #include "calibration/geometry/board_pose.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
+
+#include <Eigen/Dense>
 
 namespace lightwell::calibration {
 namespace {
@@ -31,7 +32,8 @@ std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Ve
     a.block<1, 9>(row + 2, 0) << -d.y * x, d.x * x, Eigen::RowVector3d::Zero();
   }
   // Nine by nine is enough: the right singular vectors are those of the triangle.
-  const Eigen::MatrixXd triangle = Eigen::HouseholderQR<Eigen::MatrixXd>(a).matrixQR().topRows(9).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd triangle =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(a).matrixQR().topRows(9).triangularView<Eigen::Upper>();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
   if (!(svd.singularValues()(7) > kAmbiguous * svd.singularValues()(0))) return std::nullopt;
   const Eigen::VectorXd v = svd.matrixV().col(8);

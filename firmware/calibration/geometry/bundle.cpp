@@ -1,8 +1,5 @@
 #include "calibration/geometry/bundle.hpp"
 
-#include <ceres/ceres.h>
-#include <glog/logging.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +7,9 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+
+#include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include "calibration/geometry/twist.hpp"
 #include "calibration/projection.hpp"
@@ -143,15 +143,15 @@ void Bundle::add(const Picture& picture, const Sighting& s) {
   ceres::ResidualBlockId id = nullptr;
   if (picture.lens == 0 && s.board == 0) {
     id = problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<OwnSighting<Model>, 2, kValues, 4, 3>(new OwnSighting<Model>{point, s.pixel}), loss,
-        lens.numbers.data(), rig.q.data(), rig.t.data());
+        new ceres::AutoDiffCostFunction<OwnSighting<Model>, 2, kValues, 4, 3>(new OwnSighting<Model>{point, s.pixel}),
+        loss, lens.numbers.data(), rig.q.data(), rig.t.data());
   } else {
     const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
-    id = problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<AnySighting<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
-            new AnySighting<Model>{point, s.pixel, twist}),
-        loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(), board.q.data(),
-        board.t.data(), &offset_);
+    id =
+        problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<AnySighting<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
+                                       new AnySighting<Model>{point, s.pixel, twist}),
+                                   loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(),
+                                   rig.q.data(), rig.t.data(), board.q.data(), board.t.data(), &offset_);
   }
   blocks_.push_back({id, {}});
 }
@@ -170,7 +170,8 @@ void Bundle::build() {
     }
   }
   const auto turn = [&](PoseBlock& pose) {
-    if (problem_->HasParameterBlock(pose.q.data())) problem_->SetManifold(pose.q.data(), new ceres::EigenQuaternionManifold);
+    if (problem_->HasParameterBlock(pose.q.data()))
+      problem_->SetManifold(pose.q.data(), new ceres::EigenQuaternionManifold);
   };
   const auto fix = [&](double* block) {
     if (problem_->HasParameterBlock(block)) problem_->SetParameterBlockConstant(block);
@@ -208,10 +209,12 @@ void Bundle::find_residuals(BundleFit& out) {
     squares += r[0] * r[0] + r[1] * r[1];
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(blocks_.size()));
-  // 1.4826 medians are a deviation of Gaussian numbers whatever the few that are no such; what was fitted takes its share.
+  // 1.4826 medians are a deviation of Gaussian numbers whatever the few that are no such; what was fitted takes its
+  // share.
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
-  const double freedom = static_cast<double>(sizes.size() - std::min<std::size_t>(sizes.size() - 1, static_cast<std::size_t>(problem_->NumParameters())));
+  const double freedom = static_cast<double>(
+      sizes.size() - std::min<std::size_t>(sizes.size() - 1, static_cast<std::size_t>(problem_->NumParameters())));
   out.sigma_px = 1.4826 * *middle * std::sqrt(static_cast<double>(sizes.size()) / freedom);
 }
 
@@ -232,9 +235,10 @@ Status Bundle::find_covariances(BundleFit& out) {
     if (moves()) wanted.emplace_back(&offset_, &offset_);
   }
   if (!covariance.Compute(wanted, problem_.get()))
-    return {StatusCode::failed_precondition,
-            "calibration: the pictures do not determine all that is to be calibrated; show the boards tilted by 30 degrees "
-            "and more, at several distances, and all over the picture up to its edge"};
+    return {
+        StatusCode::failed_precondition,
+        "calibration: the pictures do not determine all that is to be calibrated; show the boards tilted by 30 degrees "
+        "and more, at several distances, and all over the picture up to its edge"};
   const double variance = out.sigma_px * out.sigma_px;
   for (const Lens& lens : lenses_) {
     const std::size_t n = lens.numbers.size();
@@ -288,8 +292,8 @@ Result<BundleFit> Bundle::fit() {
     ceres::Solver::Summary summary;
     ceres::Solve(options, problem_.get(), &summary);
     if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost))
-      return Status(StatusCode::failed_precondition,
-                    "calibration: no lens was found that explains the pictures (" + summary.message + "); check the boards' sizes");
+      return Status(StatusCode::failed_precondition, "calibration: no lens was found that explains the pictures (" +
+                                                         summary.message + "); check the boards' sizes");
   }
   BundleFit out;
   find_residuals(out);

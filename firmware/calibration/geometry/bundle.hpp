@@ -3,10 +3,11 @@
 // The rig's frame is lens 0's, _cv; the world's is board 0's.
 #pragma once
 
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
-#include <vector>
 
 #include "calibration/geometry/sightings.hpp"
 
@@ -15,9 +16,9 @@ namespace lightwell::calibration {
 /// What is fitted, before and after.
 struct BundleState {
   std::vector<ModelParameters> lenses;
-  std::vector<Pose> lens_from_rig;      ///< T_lens_rig; of lens 0 the identity.
-  std::vector<Pose> rig_from_world;     ///< By capture.
-  std::vector<Pose> world_from_board;   ///< Of board 0 the identity.
+  std::vector<Pose> lens_from_rig;     ///< T_lens_rig; of lens 0 the identity.
+  std::vector<Pose> rig_from_world;    ///< By capture.
+  std::vector<Pose> world_from_board;  ///< Of board 0 the identity.
   /// How much later than lens 0 lens 1 takes its pictures, s.
   double time_offset_s = 0;
 };
@@ -49,8 +50,9 @@ struct BundleFit {
   double time_offset_sigma_s = 0;
 };
 
-/// From a good start to the best fit. failed_precondition where the solver does not converge or something cannot be told
-/// from the sightings (the message says what).
-[[nodiscard]] Result<BundleFit> fit_bundle(const Sightings& sightings, const BundleState& start, const BundleOptions& options);
+/// From a good start to the best fit. failed_precondition where the solver does not converge or something cannot be
+/// told from the sightings (the message says what).
+[[nodiscard]] Result<BundleFit> fit_bundle(const Sightings& sightings, const BundleState& start,
+                                           const BundleOptions& options);
 
 }  // namespace lightwell::calibration

@@ -37,7 +37,8 @@ Coverage coverage(const Sightings& sightings, int lens, double circle_px) {
     for (int column = 0; column < out.columns; ++column) {
       const double x = (column + 0.5) / out.columns * size.width - 0.5 * size.width;
       const double y = (row + 0.5) / out.rows * size.height - 0.5 * size.height;
-      if (circle_px > 0 && std::hypot(x, y) > circle_px) out.counts[static_cast<std::size_t>(row * out.columns + column)] = false;
+      if (circle_px > 0 && std::hypot(x, y) > circle_px)
+        out.counts[static_cast<std::size_t>(row * out.columns + column)] = false;
     }
   for (const Picture& p : sightings.pictures) {
     if (p.lens != lens || p.sightings.empty()) continue;
@@ -71,16 +72,22 @@ std::vector<std::string> advice(const Coverage& c) {
           lacking += c.lacks(column, row) ? 1 : 0;
         }
       if (counted == 0 || lacking <= kLacking * counted) continue;
-      std::string where = down == 1 && across == 1 ? "middle" : down == 1 ? kAcross[across] : across == 1 ? kDown[down] + std::string(" part") : std::string(kDown[down]) + " " + kAcross[across];
+      std::string where = down == 1 && across == 1 ? "middle"
+                          : down == 1              ? kAcross[across]
+                          : across == 1            ? kDown[down] + std::string(" part")
+                                                   : std::string(kDown[down]) + " " + kAcross[across];
       regions.push_back({static_cast<double>(lacking) / counted,
-                         "show the board in the " + where + " of the picture" + (down == 1 && across == 1 ? "" : ", up to its edge") + " (" +
-                             std::to_string(lacking) + " of " + std::to_string(counted) + " cells lack views)"});
+                         "show the board in the " + where + " of the picture" +
+                             (down == 1 && across == 1 ? "" : ", up to its edge") + " (" + std::to_string(lacking) +
+                             " of " + std::to_string(counted) + " cells lack views)"});
     }
   }
-  std::stable_sort(regions.begin(), regions.end(), [](const Region& a, const Region& b) { return a.lacking > b.lacking; });
+  std::stable_sort(regions.begin(), regions.end(),
+                   [](const Region& a, const Region& b) { return a.lacking > b.lacking; });
   for (Region& r : regions) out.push_back(std::move(r.text));
   if (c.with_board < kPicturesWanted)
-    out.push_back("take " + std::to_string(kPicturesWanted - c.with_board) + " more pictures, the board tilted by 30 degrees and more");
+    out.push_back("take " + std::to_string(kPicturesWanted - c.with_board) +
+                  " more pictures, the board tilted by 30 degrees and more");
   return out;
 }
 

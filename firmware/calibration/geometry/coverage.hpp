@@ -26,8 +26,8 @@ struct Coverage {
   [[nodiscard]] double share() const;
 };
 
-/// About 12 cells across the longer side. `circle_px`: radius of the picture's circle about its middle, outside of which
-/// nothing is asked for; 0: the whole picture.
+/// About 12 cells across the longer side. `circle_px`: radius of the picture's circle about its middle, outside of
+/// which nothing is asked for; 0: the whole picture.
 [[nodiscard]] Coverage coverage(const Sightings& sightings, int lens, double circle_px);
 
 /// What to do next, in words, nearest need first: "show the board in the upper left of the picture, towards its edge".

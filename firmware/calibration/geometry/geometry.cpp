@@ -1,11 +1,12 @@
 #include "calibration/geometry/geometry.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <set>
+
+#include <Eigen/Dense>
 
 #include "calibration/geometry/initial.hpp"
 #include "calibration/projection.hpp"
@@ -33,10 +34,12 @@ Status check(const Sightings& s) {
   if (s.lenses.empty() || s.lenses.size() > 2) return bad("a rig has one or two lenses");
   if (s.boards.empty()) return bad("there is no board");
   for (const LensSize& l : s.lenses)
-    if (l.width < 2 || l.height < 2) return bad("pictures of " + std::to_string(l.width) + "x" + std::to_string(l.height) + " pixels");
+    if (l.width < 2 || l.height < 2)
+      return bad("pictures of " + std::to_string(l.width) + "x" + std::to_string(l.height) + " pixels");
   for (const Board& b : s.boards)
     for (const Vec3d& p : b.points)
-      if (!std::isfinite(p.x + p.y) || p.z != 0) return bad("board '" + b.name + "' is not flat, or a point of it is no number");
+      if (!std::isfinite(p.x + p.y) || p.z != 0)
+        return bad("board '" + b.name + "' is not flat, or a point of it is no number");
   for (const Picture& p : s.pictures) {
     if (p.lens < 0 || static_cast<std::size_t>(p.lens) >= s.lenses.size())
       return bad(p.name + " is of lens " + std::to_string(p.lens) + ", which is not there");
@@ -45,10 +48,12 @@ Status check(const Sightings& s) {
       if (k.board < 0 || static_cast<std::size_t>(k.board) >= s.boards.size() || k.point < 0 ||
           static_cast<std::size_t>(k.point) >= s.boards[static_cast<std::size_t>(k.board)].points.size())
         return bad(p.name + " shows a point that no board has");
-      if (!std::isfinite(k.pixel.x) || !std::isfinite(k.pixel.y)) return bad(p.name + " shows a point at a pixel that is no number");
+      if (!std::isfinite(k.pixel.x) || !std::isfinite(k.pixel.y))
+        return bad(p.name + " shows a point at a pixel that is no number");
       const LensSize& size = s.lenses[static_cast<std::size_t>(p.lens)];
       if (k.pixel.x < -0.5 || k.pixel.y < -0.5 || k.pixel.x > size.width - 0.5 || k.pixel.y > size.height - 0.5)
-        return bad(p.name + " shows a point outside its " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels");
+        return bad(p.name + " shows a point outside its " + std::to_string(size.width) + "x" +
+                   std::to_string(size.height) + " pixels");
     }
   }
   return {};
@@ -68,10 +73,13 @@ Status check_enough(const Sightings& s, int lens) {
     return tells_too_little(who + std::to_string(pictures) + " pictures show a board; take at least " +
                             std::to_string(kLeastPictures) + ", 20 to 40 are better");
   if (most_points <= 4)
-    return tells_too_little(who + "one tag alone is seen in every picture, which does not tell a lens from a pose; use a board of "
-                                  "several tags (lightwell-calibrate board)");
+    return tells_too_little(
+        who +
+        "one tag alone is seen in every picture, which does not tell a lens from a pose; use a board of "
+        "several tags (lightwell-calibrate board)");
   if (sightings < kLeastSightings)
-    return tells_too_little(who + std::to_string(sightings) + " points are seen in all; take more pictures, nearer to the board");
+    return tells_too_little(who + std::to_string(sightings) +
+                            " points are seen in all; take more pictures, nearer to the board");
   return {};
 }
 
@@ -88,18 +96,23 @@ LensParameters lens_of(const LensSize& size, const ModelParameters& model) {
 
 ModelParameters as_kind(const KannalaBrandtParameters& k, LensKind kind, double largest_rad) {
   switch (kind) {
-    case LensKind::kannala_brandt: return k;
-    case LensKind::double_sphere: return alike<DoubleSphereModel>(k, largest_rad);
-    case LensKind::mei: return alike<MeiModel>(k, largest_rad);
+    case LensKind::kannala_brandt:
+      return k;
+    case LensKind::double_sphere:
+      return alike<DoubleSphereModel>(k, largest_rad);
+    case LensKind::mei:
+      return alike<MeiModel>(k, largest_rad);
   }
   return k;
 }
 
 /// The numbers' covariance carried to directions, by small steps of each along the covariance's axes.
-double direction_uncertainty(const LensSize& size, const ModelParameters& model, const std::vector<double>& covariance, double seen_rad) {
+double direction_uncertainty(const LensSize& size, const ModelParameters& model, const std::vector<double>& covariance,
+                             double seen_rad) {
   const std::vector<double> at = numbers_of(model);
   const auto n = static_cast<Eigen::Index>(at.size());
-  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> c(covariance.data(), n, n);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> c(covariance.data(), n,
+                                                                                                   n);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(c);
   const CameraModel camera(lens_of(size, model));
   double sum = 0;
@@ -113,7 +126,8 @@ double direction_uncertainty(const LensSize& size, const ModelParameters& model,
     for (int i = 1; i <= 12; ++i) {
       for (int j = 0; j < 8; ++j) {
         const double theta = seen_rad * i / 12, phi = 2 * pi * j / 8;
-        const auto pixel = camera.project({std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)});
+        const auto pixel =
+            camera.project({std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)});
         if (!pixel) continue;
         const auto a = camera.unproject(*pixel), b = moved.unproject(*pixel);
         if (!a || !b) continue;
@@ -157,9 +171,9 @@ Result<GeometryFit> calibrate_geometry(const Sightings& given, const GeometryOpt
     Result<LensStart> start = start_of_lens(given, lens);
     if (!start) return start.status();
     if (start->tilt_rad < kLeastTilt_rad)
-      return tells_too_little("all boards face the lens alike (their tilts differ by " +
-                              std::to_string(start->tilt_rad * 180 / pi) +
-                              " degrees), so that size cannot be told from distance; tilt the board by 30 degrees and more");
+      return tells_too_little(
+          "all boards face the lens alike (their tilts differ by " + std::to_string(start->tilt_rad * 180 / pi) +
+          " degrees), so that size cannot be told from distance; tilt the board by 30 degrees and more");
     starts.push_back(std::move(*start));
   }
   Result<BundleState> state = join(given, starts);
@@ -183,7 +197,8 @@ Result<GeometryFit> calibrate_geometry(const Sightings& given, const GeometryOpt
   std::size_t dropped = drop_outliers(*first, sightings);
   BundleState start = first->state;
   for (std::size_t k = 0; k < start.lenses.size(); ++k)
-    start.lenses[k] = as_kind(std::get<KannalaBrandtParameters>(start.lenses[k]), options.kind, seen_by(k, start.lenses[k]));
+    start.lenses[k] =
+        as_kind(std::get<KannalaBrandtParameters>(start.lenses[k]), options.kind, seen_by(k, start.lenses[k]));
   bundle.robust_px = std::max(0.05, 3 * first->sigma_px);
   Result<BundleFit> fit = fit_bundle(sightings, start, bundle);
   // What hid behind the worst shows after them.
@@ -207,11 +222,13 @@ Result<GeometryFit> calibrate_geometry(const Sightings& given, const GeometryOpt
     // Of a sphere behind the plane the focal length goes with xi, and only their ratio is known well.
     if (!std::isfinite(lens.covariance[0]) ||
         (options.kind == LensKind::kannala_brandt && std::sqrt(lens.covariance[0]) > kVagueFocal * values[0]))
-      return tells_too_little("the focal length is not known to " + std::to_string(static_cast<int>(100 * kVagueFocal)) +
+      return tells_too_little("the focal length is not known to " +
+                              std::to_string(static_cast<int>(100 * kVagueFocal)) +
                               " %; take more pictures, with the board tilted and in all parts of the picture");
     lens.seen_rad = seen_by(k, lens.model);
     lens.largest_rad = CameraModel(lens_of(sightings.lenses[k], lens.model)).max_angle_rad();
-    lens.direction_uncertainty_rad = direction_uncertainty(sightings.lenses[k], lens.model, lens.covariance, lens.seen_rad);
+    lens.direction_uncertainty_rad =
+        direction_uncertainty(sightings.lenses[k], lens.model, lens.covariance, lens.seen_rad);
     out.lenses.push_back(std::move(lens));
   }
   if (fit->state.lenses.size() > 1) {

@@ -1,13 +1,14 @@
 // Calibrates lenses from pictures of boards: from nothing but the sightings to a model, with the covariance of what was
-// found. One lens and one board; or two lenses back to back and several boards around them, whose relative poses are found
-// in the same fit.
+// found. One lens and one board; or two lenses back to back and several boards around them, whose relative poses are
+// found in the same fit.
 #pragma once
 
 #include <array>
-#include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
 
 #include "calibration/geometry/bundle.hpp"
 #include "calibration/geometry/sightings.hpp"
@@ -33,18 +34,19 @@ struct LensFit {
 
 struct GeometryFit {
   std::vector<LensFit> lenses;
-  /// T_lens1_lens0, _cv axes, and its covariance: a turn about lens 1's axes (rad), then a translation (m). Of two lenses.
+  /// T_lens1_lens0, _cv axes, and its covariance: a turn about lens 1's axes (rad), then a translation (m). Of two
+  /// lenses.
   Pose pair;
   std::vector<double> pair_covariance;
   double time_offset_s = 0, time_offset_sigma_s = 0;
   BundleFit bundle;
-  Sightings used;  ///< Those of the bundle: what was given less what was left out.
+  Sightings used;                  ///< Those of the bundle: what was given less what was left out.
   std::vector<std::string> notes;  ///< Worth saying: sightings that were left out, angles that were not seen.
 };
 
-/// invalid_argument where sightings are no sightings (sizes, indices, NaN); failed_precondition where they do not tell: too
-/// few pictures or points, one tag alone, boards that all face the lens, boards or lenses that nothing joins. The message
-/// says what to do.
+/// invalid_argument where sightings are no sightings (sizes, indices, NaN); failed_precondition where they do not tell:
+/// too few pictures or points, one tag alone, boards that all face the lens, boards or lenses that nothing joins. The
+/// message says what to do.
 [[nodiscard]] Result<GeometryFit> calibrate_geometry(const Sightings& sightings, const GeometryOptions& options);
 
 }  // namespace lightwell::calibration

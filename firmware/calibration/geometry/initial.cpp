@@ -1,12 +1,12 @@
 #include "calibration/geometry/initial.hpp"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include <ceres/ceres.h>
 
 #include "calibration/geometry/board_pose.hpp"
 #include "calibration/projection.hpp"
@@ -20,7 +20,8 @@ using std::numbers::pi;
 constexpr double kFields_deg[] = {60, 100, 140, 180, 220};
 /// A board's pose is worth having from so many points on.
 constexpr std::size_t kLeastPoints = 4;
-/// Points that are this many medians from where a pose puts them, or of this angle where that is more, are left out of it.
+/// Points that are this many medians from where a pose puts them, or of this angle where that is more, are left out of
+/// it.
 constexpr double kFarOff = 5, kNear_rad = 2e-3;
 constexpr int kPoseRounds = 6;
 
@@ -34,8 +35,8 @@ LensParameters equidistant(const LensSize& size, double field_rad) {
   return lens;
 }
 
-/// Without the few points that are elsewhere than they seem: what is many times further off than half of them is left out,
-/// and the rest tried again.
+/// Without the few points that are elsewhere than they seem: what is many times further off than half of them is left
+/// out, and the rest tried again.
 std::optional<Pose> pose_of(const Sightings& all, const Picture& picture, int board, const CameraModel& camera) {
   std::vector<Vec3d> points, directions;
   for (const Sighting& s : picture.sightings) {
@@ -112,7 +113,8 @@ Result<LensStart> start_of_lens(const Sightings& sightings, int lens) {
   LensStart best;
   best.rms_px = std::numeric_limits<double>::infinity();
   for (const double field : kFields_deg) {
-    const Apart start = taken_apart(sightings, lens, equidistant(sightings.lenses[static_cast<std::size_t>(lens)], field * pi / 180));
+    const Apart start =
+        taken_apart(sightings, lens, equidistant(sightings.lenses[static_cast<std::size_t>(lens)], field * pi / 180));
     if (start.captures.empty()) continue;
     // A start from afar pulls in far sightings, too, so that all count alike at first.
     BundleOptions options;
@@ -134,9 +136,9 @@ Result<LensStart> start_of_lens(const Sightings& sightings, int lens) {
       for (const Vec3d& b : normals) best.tilt_rad = std::max(best.tilt_rad, angle_between(a, b));
   }
   if (!std::isfinite(best.rms_px))
-    return Status(StatusCode::failed_precondition,
-                  "calibration: lens " + std::to_string(lens) +
-                      ": no lens explains the pictures; check the board's size and spacing, and that all pictures are of this lens");
+    return Status(StatusCode::failed_precondition, "calibration: lens " + std::to_string(lens) +
+                                                       ": no lens explains the pictures; check the board's size and "
+                                                       "spacing, and that all pictures are of this lens");
   return best;
 }
 
@@ -148,8 +150,8 @@ Result<BundleState> join(const Sightings& sightings, const std::vector<LensStart
   world_from_board[0] = Pose{};
   lens_from_rig[0] = Pose{};
 
-  // Each sighting of a board, T_lens_board = T_lens_rig T_rig_world T_world_board, tells one of the three from the others.
-  // Round after round, those with the most points first, until nothing more is told.
+  // Each sighting of a board, T_lens_board = T_lens_rig T_rig_world T_world_board, tells one of the three from the
+  // others. Round after round, those with the most points first, until nothing more is told.
   struct Link {
     std::size_t lens, capture, board, points;
     Pose pose;
@@ -162,19 +164,26 @@ Result<BundleState> join(const Sightings& sightings, const std::vector<LensStart
       if (!pose) continue;
       const auto points = std::count_if(p.sightings.begin(), p.sightings.end(),
                                         [&](const Sighting& s) { return static_cast<std::size_t>(s.board) == b; });
-      links.push_back({static_cast<std::size_t>(p.lens), static_cast<std::size_t>(p.capture), b, static_cast<std::size_t>(points), *pose});
+      links.push_back({static_cast<std::size_t>(p.lens), static_cast<std::size_t>(p.capture), b,
+                       static_cast<std::size_t>(points), *pose});
     }
   }
   std::stable_sort(links.begin(), links.end(), [](const Link& a, const Link& b) { return a.points > b.points; });
   for (bool more = true; more;) {
     more = false;
     for (const Link& k : links) {
-      std::optional<Pose>&lens = lens_from_rig[k.lens], &rig = rig_from_world[k.capture], &board = world_from_board[k.board];
-      if (static_cast<int>(lens.has_value()) + static_cast<int>(rig.has_value()) + static_cast<int>(board.has_value()) != 2)
+      std::optional<Pose>&lens = lens_from_rig[k.lens], &rig = rig_from_world[k.capture],
+      &board = world_from_board[k.board];
+      if (static_cast<int>(lens.has_value()) + static_cast<int>(rig.has_value()) +
+              static_cast<int>(board.has_value()) !=
+          2)
         continue;
-      if (!rig) rig = compose(compose(inverse(*lens), k.pose), inverse(*board));
-      else if (!board) board = compose(inverse(compose(*lens, *rig)), k.pose);
-      else lens = compose(k.pose, inverse(compose(*rig, *board)));
+      if (!rig)
+        rig = compose(compose(inverse(*lens), k.pose), inverse(*board));
+      else if (!board)
+        board = compose(inverse(compose(*lens, *rig)), k.pose);
+      else
+        lens = compose(k.pose, inverse(compose(*rig, *board)));
       more = true;
       break;  // From the one with the most points again.
     }
@@ -222,12 +231,14 @@ struct Of {};
 std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<DoubleSphereModel> /*of*/) {
   std::vector<std::array<double, 9>> out;
   for (const double xi : {-0.4, -0.2, 0.0, 0.3})
-    for (const double alpha : {0.45, 0.55, 0.65}) out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, alpha});
+    for (const double alpha : {0.45, 0.55, 0.65})
+      out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, alpha});
   return out;
 }
 std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<MeiModel> /*of*/) {
   std::vector<std::array<double, 9>> out;
-  for (const double xi : {0.8, 1.2, 1.8, 3.0}) out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, 0, 0, 0, 0});
+  for (const double xi : {0.8, 1.2, 1.8, 3.0})
+    out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, 0, 0, 0, 0});
   return out;
 }
 
@@ -244,10 +255,12 @@ double fit_alike(const KannalaBrandtParameters& lens, double largest_rad, std::a
       PixelPosition p;
       double start[2];
       if (!KannalaBrandtModel::project(k.data(), d.x, d.y, d.z, p.x, p.y)) continue;
-      if (!Model::project(values.data(), d.x, d.y, d.z, start[0], start[1])) return std::numeric_limits<double>::infinity();
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<SamePixel<Model>, 2, static_cast<int>(Model::kParameters)>(
-                                   new SamePixel<Model>{d, p}),
-                               nullptr, values.data());
+      if (!Model::project(values.data(), d.x, d.y, d.z, start[0], start[1]))
+        return std::numeric_limits<double>::infinity();
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<SamePixel<Model>, 2, static_cast<int>(Model::kParameters)>(
+              new SamePixel<Model>{d, p}),
+          nullptr, values.data());
     }
   }
   ceres::Solver::Options options;

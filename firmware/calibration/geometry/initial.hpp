@@ -1,11 +1,12 @@
 // First guesses, good enough for a bundle to start from.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
-#include <optional>
-#include <vector>
 
 #include "calibration/geometry/bundle.hpp"
 #include "calibration/geometry/sightings.hpp"
@@ -28,7 +29,8 @@ struct LensStart {
 /// failed_precondition names what nothing joins.
 [[nodiscard]] Result<BundleState> join(const Sightings& sightings, const std::vector<LensStart>& lenses);
 
-/// Another model that maps the angles up to `largest_rad` as `lens` does, as nearly as it can. All zero where none reaches so far.
+/// Another model that maps the angles up to `largest_rad` as `lens` does, as nearly as it can. All zero where none
+/// reaches so far.
 template <class Model>
 [[nodiscard]] typename Model::Parameters alike(const KannalaBrandtParameters& lens, double largest_rad);
 

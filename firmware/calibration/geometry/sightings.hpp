@@ -1,9 +1,10 @@
 // What geometry is calibrated from: where known points of flat boards were seen, as plain values.
 #pragma once
 
-#include <lightwell/geometry.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/geometry.hpp>
 
 #include "calibration/camera_model.hpp"
 

@@ -1,12 +1,14 @@
 // How a rig moves from capture to capture.
 #pragma once
 
-#include <Eigen/Dense>
-#include <Eigen/Geometry>
-#include <lightwell/geometry.hpp>
 #include <optional>
 #include <span>
 #include <vector>
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+
+#include <lightwell/geometry.hpp>
 
 #include "calibration/geometry/sightings.hpp"
 
@@ -27,8 +29,9 @@ Eigen::Matrix<T, 3, 1> carried(const Twist& twist, const T& seconds, const Eigen
   return q.normalized() * p + shift;
 }
 
-/// By capture, from the poses before and after it in time (central differences); not known of the first, the last, beside
-/// gaps of more than a second, and where too little was seen.
-[[nodiscard]] std::vector<std::optional<Twist>> twists_of(const Sightings& sightings, std::span<const Pose> rig_from_world);
+/// By capture, from the poses before and after it in time (central differences); not known of the first, the last,
+/// beside gaps of more than a second, and where too little was seen.
+[[nodiscard]] std::vector<std::optional<Twist>> twists_of(const Sightings& sightings,
+                                                          std::span<const Pose> rig_from_world);
 
 }  // namespace lightwell::calibration

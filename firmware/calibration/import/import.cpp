@@ -11,8 +11,8 @@
 #include <variant>
 
 #include "calibration/import/field_of_view.hpp"
-#include "calibration/lens_pair.hpp"
 #include "calibration/import/readers.hpp"
+#include "calibration/lens_pair.hpp"
 
 namespace lightwell {
 

@@ -6,9 +6,9 @@
 #include <iterator>
 
 #include "calibration/import/camera_fields.hpp"
-#include "calibration/lens_pair.hpp"
 #include "calibration/import/readers.hpp"
 #include "calibration/import/yaml_map.hpp"
+#include "calibration/lens_pair.hpp"
 
 namespace lightwell {
 

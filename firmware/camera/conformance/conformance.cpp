@@ -9,20 +9,16 @@ void expect_none(const Violations& violations) {
   // A camera that is wrong is often wrong in each frame: the first ones say it.
   constexpr std::size_t kShown = 8;
   for (std::size_t i = 0; i < violations.size() && i < kShown; ++i) ADD_FAILURE() << violations[i];
-  if (violations.size() > kShown)
-    ADD_FAILURE() << "and " << violations.size() - kShown << " more like these";
+  if (violations.size() > kShown) ADD_FAILURE() << "and " << violations.size() - kShown << " more like these";
 }
 
 }  // namespace
 
-::testing::internal::ParamGenerator<BackendUnderTest> cameras(
-    const std::vector<BackendUnderTest>& all) {
+::testing::internal::ParamGenerator<BackendUnderTest> cameras(const std::vector<BackendUnderTest>& all) {
   return ::testing::ValuesIn(all);
 }
 
-std::string name_of(const ::testing::TestParamInfo<BackendUnderTest>& info) {
-  return info.param.name;
-}
+std::string name_of(const ::testing::TestParamInfo<BackendUnderTest>& info) { return info.param.name; }
 
 void PrintTo(const BackendUnderTest& camera, std::ostream* out) { *out << camera.name; }
 
@@ -35,39 +31,26 @@ TEST_P(CameraConformance, TimesGoBackOrAreOfAnotherClock) { expect_none(check_ti
 
 TEST_P(CameraConformance, PicturesAreNotWhatWasDeclared) { expect_none(check_views(GetParam())); }
 
-TEST_P(CameraConformance, ExposuresAreOutsideTheDeclaredCycle) {
-  expect_none(check_exposures(GetParam()));
-}
+TEST_P(CameraConformance, ExposuresAreOutsideTheDeclaredCycle) { expect_none(check_exposures(GetParam())); }
 
 TEST_P(CameraConformance, SeveralThreadsPush) { expect_none(check_one_thread(GetParam())); }
 
-TEST_P(CameraConformance, FramesComeAfterStop) {
-  expect_none(check_silence_after_stop(GetParam()));
-}
+TEST_P(CameraConformance, FramesComeAfterStop) { expect_none(check_silence_after_stop(GetParam())); }
 
 TEST_P(CameraConformance, StartsOnlyOnce) { expect_none(check_restart(GetParam())); }
 
 TEST_P(CameraConformance, StateIsWrong) { expect_none(check_states(GetParam())); }
 
-TEST_P(CameraConformance, HangsWhereNothingWasStarted) {
-  expect_none(check_life_without_frames(GetParam()));
-}
+TEST_P(CameraConformance, HangsWhereNothingWasStarted) { expect_none(check_life_without_frames(GetParam())); }
 
-TEST_P(CameraConformance, HeldFramesChangeAcrossStop) {
-  expect_none(check_held_across_stop(GetParam()));
-}
+TEST_P(CameraConformance, HeldFramesChangeAcrossStop) { expect_none(check_held_across_stop(GetParam())); }
 
-TEST_P(CameraConformance, LentMemoryIsWrittenToOrLossesAreHidden) {
-  expect_none(check_hoarding_sink(GetParam()));
-}
+TEST_P(CameraConformance, LentMemoryIsWrittenToOrLossesAreHidden) { expect_none(check_hoarding_sink(GetParam())); }
 
-TEST_P(CameraConformance, ReleaseOnAnotherThreadIsLost) {
-  expect_none(check_release_elsewhere(GetParam()));
-}
+TEST_P(CameraConformance, ReleaseOnAnotherThreadIsLost) { expect_none(check_release_elsewhere(GetParam())); }
 
 TEST_P(CameraConformance, SlowSinkIsFollowedByABurst) {
-  if (GetParam().pace == BackendUnderTest::Pace::taken)
-    GTEST_SKIP() << "frames come as they are taken";
+  if (GetParam().pace == BackendUnderTest::Pace::taken) GTEST_SKIP() << "frames come as they are taken";
   expect_none(check_slow_sink(GetParam()));
 }
 

@@ -19,8 +19,7 @@ namespace lightwell::conformance {
 class CameraConformance : public ::testing::TestWithParam<BackendUnderTest> {};
 
 /// The suite's values. A call, so that the linker takes the suite's tests out of their library.
-[[nodiscard]] ::testing::internal::ParamGenerator<BackendUnderTest> cameras(
-    const std::vector<BackendUnderTest>& all);
+[[nodiscard]] ::testing::internal::ParamGenerator<BackendUnderTest> cameras(const std::vector<BackendUnderTest>& all);
 
 /// Names the tests after the cameras.
 [[nodiscard]] std::string name_of(const ::testing::TestParamInfo<BackendUnderTest>& info);

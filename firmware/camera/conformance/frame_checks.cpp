@@ -53,8 +53,7 @@ void check_frame_views(const Frame& frame, const CameraInfo& info, Violations& v
 void check_declared(const CameraInfo& info, Violations& violations) {
   if (info.name.empty()) violations.push_back("the camera has no name");
   if (info.width < 1 || info.height < 1) violations.push_back("the declared size is none");
-  if (info.lenses < 1 || info.lenses > kMaxLenses)
-    violations.push_back("the declared number of lenses is impossible");
+  if (info.lenses < 1 || info.lenses > kMaxLenses) violations.push_back("the declared number of lenses is impossible");
   if (!(info.frame_rate >= 0) || !std::isfinite(info.frame_rate))
     violations.push_back("the declared frame rate is impossible");
   if (!info.calibration) return;
@@ -89,14 +88,12 @@ Violations check_times(const BackendUnderTest& camera) {
     if (info.delivered > seen[i].at) violations.push_back(name + ": delivered in the future");
     if (seen[i].at - info.mid_exposure > kOldest)
       violations.push_back(name + ": its mid-exposure is " +
-                           std::to_string((seen[i].at - info.mid_exposure).seconds()) +
-                           " s ago; not CLOCK_MONOTONIC?");
+                           std::to_string((seen[i].at - info.mid_exposure).seconds()) + " s ago; not CLOCK_MONOTONIC?");
     if (info.row_readout.ns < 0) violations.push_back(name + ": rows are read backwards in time");
     if (i == 0) continue;
     if (info.mid_exposure <= seen[i - 1].info.mid_exposure)
       violations.push_back(name + ": its mid-exposure is not after that of the frame before");
-    if (info.delivered < seen[i - 1].info.delivered)
-      violations.push_back(name + ": delivered before the frame before");
+    if (info.delivered < seen[i - 1].info.delivered) violations.push_back(name + ": delivered before the frame before");
   }
   return violations;
 }
@@ -113,8 +110,7 @@ Violations check_views(const BackendUnderTest& camera) {
     check_frame_views(frame, info, *in_frames);
   };
   if (!session.start(watcher)) return violations;
-  if (!watcher->wait_for(kFramesWanted, session.camera()))
-    violations.emplace_back("too few frames came");
+  if (!watcher->wait_for(kFramesWanted, session.camera())) violations.emplace_back("too few frames came");
   if (!session.stop()) return violations;
   violations.insert(violations.end(), in_frames->begin(), in_frames->end());
   return violations;
@@ -131,8 +127,7 @@ Violations check_exposures(const BackendUnderTest& camera) {
     violations.push_back("the declared cycle has " + std::to_string(cycle.size()) + " exposures");
     return violations;
   }
-  if (!session.collect(std::max<std::size_t>(kFramesWanted, 2 * cycle.size() + 1)) ||
-      !session.stop())
+  if (!session.collect(std::max<std::size_t>(kFramesWanted, 2 * cycle.size() + 1)) || !session.stop())
     return violations;
   const FrameInfo* before = nullptr;
   const std::vector<Seen> seen = session.watcher().seen();
@@ -148,8 +143,8 @@ Violations check_exposures(const BackendUnderTest& camera) {
     }
     const double declared = cycle[static_cast<std::size_t>(info.bracket_index)];
     if (!(std::abs(info.exposure_s - declared) <= kTolerance * declared))
-      violations.push_back(name + ": exposure " + std::to_string(info.exposure_s) +
-                           " s, declared is " + std::to_string(declared) + " s");
+      violations.push_back(name + ": exposure " + std::to_string(info.exposure_s) + " s, declared is " +
+                           std::to_string(declared) + " s");
     if (before != nullptr && info.sequence == before->sequence + 1 &&
         info.bracket_index != (before->bracket_index + 1) % info.bracket_size)
       violations.push_back(name + ": the cycle of exposures does not go on");
@@ -164,8 +159,7 @@ Violations check_one_thread(const BackendUnderTest& camera) {
   if (!session.collect() || !session.stop()) return violations;
   std::set<std::thread::id> threads;
   for (const Seen& seen : session.watcher().seen()) threads.insert(seen.thread);
-  if (threads.size() != 1)
-    violations.push_back("push() came from " + std::to_string(threads.size()) + " threads");
+  if (threads.size() != 1) violations.push_back("push() came from " + std::to_string(threads.size()) + " threads");
   if (threads.contains(std::this_thread::get_id()))
     violations.emplace_back("push() came from the thread that called start()");
   if (session.watcher().overlapped())

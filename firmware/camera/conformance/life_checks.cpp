@@ -25,9 +25,7 @@ std::string name_of(State state) {
 
 void expect_state(Session& session, State wanted, const std::string& when, Violations& violations) {
   const State state = session.camera().state();
-  if (state != wanted)
-    violations.push_back("the state " + when + " is " + name_of(state) + ", not " +
-                         name_of(wanted));
+  if (state != wanted) violations.push_back("the state " + when + " is " + name_of(state) + ", not " + name_of(wanted));
 }
 
 /// Long enough for a thread that was forgotten to come round again.
@@ -39,8 +37,7 @@ void expect_silence(Session& session, const std::string& after, Violations& viol
   const std::size_t before = session.watcher().count();
   linger(session);
   if (session.watcher().count() != before)
-    violations.push_back(std::to_string(session.watcher().count() - before) +
-                         " frames were pushed after " + after);
+    violations.push_back(std::to_string(session.watcher().count() - before) + " frames were pushed after " + after);
 }
 
 }  // namespace
@@ -114,8 +111,7 @@ Violations check_end(const BackendUnderTest& camera) {
     const std::size_t count = session.watcher().count();
     const bool all_must_come = camera.pace == BackendUnderTest::Pace::taken;
     if (count > camera.frames || (all_must_come && count < camera.frames))
-      violations.push_back(std::to_string(count) + " frames came, there are " +
-                           std::to_string(camera.frames));
+      violations.push_back(std::to_string(count) + " frames came, there are " + std::to_string(camera.frames));
     if (!session.stop()) return violations;
     expect_state(session, State::idle, "after stop()", violations);
   }
@@ -129,8 +125,7 @@ Violations check_loss(const BackendUnderTest& camera) {
   if (!session.collect(2)) return violations;
   camera.lose();
   if (!session.wait_for_state(State::lost))
-    violations.push_back("the device is gone and the state is " +
-                         name_of(session.camera().state()) + ", not lost");
+    violations.push_back("the device is gone and the state is " + name_of(session.camera().state()) + ", not lost");
   if (!session.stop()) return violations;
   expect_silence(session, "the loss and stop()", violations);
   return violations;

@@ -8,13 +8,13 @@
 namespace lightwell::conformance {
 namespace {
 
-void expect_unchanged(const std::vector<Frame>& frames, const std::vector<std::uint32_t>& sums,
-                      const std::string& when, Violations& violations) {
+void expect_unchanged(const std::vector<Frame>& frames, const std::vector<std::uint32_t>& sums, const std::string& when,
+                      Violations& violations) {
   const std::vector<std::uint32_t> now = checksums(frames);
   for (std::size_t i = 0; i < now.size(); ++i)
     if (now[i] != sums[i])
-      violations.push_back("frame " + std::to_string(frames[i].info.sequence) +
-                           ", which is held, was written to " + when);
+      violations.push_back("frame " + std::to_string(frames[i].info.sequence) + ", which is held, was written to " +
+                           when);
 }
 
 bool is_over(Session& session) {
@@ -79,8 +79,7 @@ Violations check_held_across_stop(const BackendUnderTest& camera) {
   watcher->keep(held);
   if (!session.start(watcher)) return violations;
   if (!watcher->wait_for(held, session.camera())) {
-    violations.push_back("only " + std::to_string(watcher->count()) + " of " +
-                         std::to_string(held) + " frames came");
+    violations.push_back("only " + std::to_string(watcher->count()) + " of " + std::to_string(held) + " frames came");
     return violations;
   }
   const std::vector<Frame> frames = watcher->take_kept();
@@ -115,8 +114,8 @@ Violations check_hoarding_sink(const BackendUnderTest& camera) {
   }
   std::vector<Frame> frames = watcher->take_kept();
   if (frames.size() < session.least_lent() && !is_over(session))
-    violations.push_back("only " + std::to_string(frames.size()) +
-                         " frames are lent at once, not " + std::to_string(session.least_lent()));
+    violations.push_back("only " + std::to_string(frames.size()) + " frames are lent at once, not " +
+                         std::to_string(session.least_lent()));
   expect_unchanged(frames, *sums, "while all were held", violations);
 
   const bool over = is_over(session) || frames.empty();
@@ -126,11 +125,9 @@ Violations check_hoarding_sink(const BackendUnderTest& camera) {
   if (!over) {
     if (!watcher->wait_for(before + 1, session.camera())) {
       violations.emplace_back("no frame comes after all were given back");
-    } else if (camera.pace == BackendUnderTest::Pace::own &&
-               watcher->seen()[before].info.sequence == last + 1) {
+    } else if (camera.pace == BackendUnderTest::Pace::own && watcher->seen()[before].info.sequence == last + 1) {
       violations.emplace_back("frames were lost and the sequence shows no gap");
-    } else if (camera.pace == BackendUnderTest::Pace::taken &&
-               watcher->seen()[before].info.sequence != last + 1) {
+    } else if (camera.pace == BackendUnderTest::Pace::taken && watcher->seen()[before].info.sequence != last + 1) {
       violations.emplace_back("frames were lost by a camera that waits");
     }
   }
@@ -162,8 +159,7 @@ Violations slow_sink_once(const BackendUnderTest& camera) {
   constexpr int kIntervalsSlept = 12;
   Violations violations;
   Session session(camera, violations);
-  if (!session.good() || camera.pace == BackendUnderTest::Pace::taken ||
-      !(session.info().frame_rate > 0))
+  if (!session.good() || camera.pace == BackendUnderTest::Pace::taken || !(session.info().frame_rate > 0))
     return violations;
   const std::chrono::milliseconds interval = session.interval();
   auto watcher = std::make_shared<Watcher>();
@@ -179,11 +175,9 @@ Violations slow_sink_once(const BackendUnderTest& camera) {
     return violations;
   }
   const ProbeTime end = seen[3].at + Duration{std::chrono::nanoseconds(interval).count()};
-  const auto burst =
-      std::count_if(seen.begin() + 3, seen.end(), [end](const Seen& s) { return s.at < end; });
+  const auto burst = std::count_if(seen.begin() + 3, seen.end(), [end](const Seen& s) { return s.at < end; });
   if (burst > kMostInOneInterval)
-    violations.push_back(std::to_string(burst) +
-                         " frames came within one interval after the sink was slow once");
+    violations.push_back(std::to_string(burst) + " frames came within one interval after the sink was slow once");
   return violations;
 }
 

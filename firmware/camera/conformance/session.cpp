@@ -42,8 +42,7 @@ bool Watcher::wait_for(std::size_t frames, const CameraBackend& camera) const {
   std::unique_lock lock(mutex_);
   while (seen_.size() < frames) {
     const CameraBackend::State state = camera.state();
-    const bool over =
-        state == CameraBackend::State::finished || state == CameraBackend::State::lost;
+    const bool over = state == CameraBackend::State::finished || state == CameraBackend::State::lost;
     // The last frames may have come between the two looks.
     if (over || Clock::now() > limit) return seen_.size() >= frames;
     changed_.wait_for(lock, std::chrono::milliseconds(20));
@@ -108,8 +107,7 @@ Session::~Session() {
   (void)stop();
   // Frames go back before the camera dies.
   for (const auto& watcher : state_->watchers) (void)watcher->take_kept();
-  if (!returns([](State& state) { state.backend.reset(); }))
-    violations_.push_back("the destructor does not return");
+  if (!returns([](State& state) { state.backend.reset(); })) violations_.push_back("the destructor does not return");
 }
 
 bool Session::start() { return start(std::make_shared<Watcher>()); }
@@ -144,14 +142,11 @@ bool Session::wait_for_state(CameraBackend::State wanted) {
 bool Session::collect(std::size_t frames) {
   if (!start()) return false;
   if (watcher().wait_for(frames, camera())) return true;
-  violations_.push_back("only " + std::to_string(watcher().count()) + " of " +
-                        std::to_string(frames) + " frames came");
+  violations_.push_back("only " + std::to_string(watcher().count()) + " of " + std::to_string(frames) + " frames came");
   return false;
 }
 
-std::size_t Session::least_lent() const {
-  return static_cast<std::size_t>(frames_to_lend(std::max(1, bracket())));
-}
+std::size_t Session::least_lent() const { return static_cast<std::size_t>(frames_to_lend(std::max(1, bracket()))); }
 
 std::chrono::milliseconds Session::interval() const {
   const double rate = info_.frame_rate > 0 ? info_.frame_rate : 50;

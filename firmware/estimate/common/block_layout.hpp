@@ -21,7 +21,8 @@ class BlockLayout {
   [[nodiscard]] const Place& place(std::size_t block) const { return places_[block]; }
   [[nodiscard]] std::size_t block_of(int lens, int x, int y) const {
     const Lens& l = lenses_[static_cast<std::size_t>(lens)];
-    return l.first + static_cast<std::size_t>(y >> shift_) * static_cast<std::size_t>(l.columns) + static_cast<std::size_t>(x >> shift_);
+    return l.first + static_cast<std::size_t>(y >> shift_) * static_cast<std::size_t>(l.columns) +
+           static_cast<std::size_t>(x >> shift_);
   }
   [[nodiscard]] std::size_t size() const { return total_; }
   [[nodiscard]] int edge() const { return edge_; }

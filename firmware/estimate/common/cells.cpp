@@ -1,8 +1,9 @@
 #include "estimate/common/cells.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <numbers>
+
+#include <Eigen/Cholesky>
 
 #include "estimate/common/kernels/point_rows.hpp"
 #include "estimate/common/kernels/weighted_rows.hpp"
@@ -89,7 +90,8 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
     const CellSum* from = &sums[begin];
     if (next_moved != moved.end() && next_moved->cell < begin + count) {
       std::copy_n(from, count, even);
-      for (; next_moved != moved.end() && next_moved->cell < begin + count; ++next_moved) even[next_moved->cell - begin] = {};
+      for (; next_moved != moved.end() && next_moved->cell < begin + count; ++next_moved)
+        even[next_moved->cell - begin] = {};
       from = even;
     }
     float part[3][kRowFloats] = {};

@@ -3,11 +3,12 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <vector>
+
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/harmonics.hpp>
-#include <span>
-#include <vector>
 
 namespace lightwell::estimate {
 

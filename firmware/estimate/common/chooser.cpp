@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/cap.hpp>
 #include <limits>
 #include <numbers>
+
+#include <lightwell/cap.hpp>
 
 namespace lightwell::estimate {
 namespace {
@@ -36,7 +37,8 @@ double varint_bytes(double value, double inverse_step) {
 double allowed_step(int band, bool all_bands, double allowed_rms) {
   double sum = 0;
   for (int l = 0; l <= band; ++l)
-    if (all_bands || cosine_lobe(l) != 0) sum += (2 * l + 1) * std::max(cosine_lobe(l) * cosine_lobe(l), all_bands ? 0.1 : 0.0);
+    if (all_bands || cosine_lobe(l) != 0)
+      sum += (2 * l + 1) * std::max(cosine_lobe(l) * cosine_lobe(l), all_bands ? 0.1 : 0.0);
   // Rounding by a step q has the variance q²/12 in every coefficient.
   return allowed_rms / std::sqrt(sum / kSphere / 12);
 }
@@ -92,8 +94,7 @@ double Chooser::left_above_two(const Rest& rest, const Light& light, const Shape
   return sum;
 }
 
-void Chooser::order_lights(std::span<const Light> found, int must, std::size_t most,
-                           const float (&inverse_whole)[3]) {
+void Chooser::order_lights(std::span<const Light> found, int must, std::size_t most, const float (&inverse_whole)[3]) {
   order_.clear();
   const std::size_t considered = std::min(found.size(), kMostConsidered);
   Light none;
@@ -191,7 +192,8 @@ void Chooser::for_bands(std::size_t lights, const ChoiceLimits& limits, const Wh
     const double truncation = relative(rms(irradiance_lost[l]), whole.irradiance);
     o.excess = excess_of(truncation, limits);
     if (limits.radiance_epsilon > 0)
-      o.excess = std::max(o.excess, relative(rms(radiance_lost[l]), whole.radiance) / (kMargin * limits.radiance_epsilon));
+      o.excess =
+          std::max(o.excess, relative(rms(radiance_lost[l]), whole.radiance) / (kMargin * limits.radiance_epsilon));
     visit(o);
   }
 }
@@ -213,12 +215,13 @@ int Chooser::worth_finding(const Projection& scene, const Light* brightest, cons
     for_bands(1, limits, whole, look);
   }
   if (!std::isfinite(bytes)) return limits.max_lights;
-  const int paying = static_cast<int>((bytes - kOtherBytes) / kLightBytes), kept = static_cast<int>(kept_before_.size());
+  const int paying = static_cast<int>((bytes - kOtherBytes) / kLightBytes),
+            kept = static_cast<int>(kept_before_.size());
   return std::min(limits.max_lights, paying > 0 ? std::max(paying, kept) + 1 : std::max(kept, 1));
 }
 
-void Chooser::choose(const Projection& scene, std::span<const Light> found, int must,
-                     const ChoiceLimits& limits, std::vector<Light>& kept, Chosen& out) {
+void Chooser::choose(const Projection& scene, std::span<const Light> found, int must, const ChoiceLimits& limits,
+                     std::vector<Light>& kept, Chosen& out) {
   const BandWeights& w = band_weights();
   const bool all_bands = needs_all_bands(limits);
   const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), found.size());
@@ -226,7 +229,8 @@ void Chooser::choose(const Projection& scene, std::span<const Light> found, int 
   out.whole = whole.irradiance;
   const std::size_t shaped = std::min(found.size(), limits.epsilon > 0 ? kMostConsidered : most);
   for (std::size_t j = 0; j < shaped; ++j) shape_of(found[j], shapes_[j]);
-  if (must >= static_cast<int>(shaped)) shape_of(found[static_cast<std::size_t>(must)], shapes_[static_cast<std::size_t>(must)]);
+  if (must >= static_cast<int>(shaped))
+    shape_of(found[static_cast<std::size_t>(must)], shapes_[static_cast<std::size_t>(must)]);
 
   std::size_t lights = 0;
   int band = limits.band;
@@ -269,9 +273,11 @@ void Chooser::choose(const Projection& scene, std::span<const Light> found, int 
   double irradiance_lost[kBands][3], radiance_lost[kBands][3];
   lost_above(rest, all_bands, irradiance_lost, radiance_lost);
   out.truncation = rms(irradiance_lost[band]);
-  out.step = limits.epsilon > 0 && out.whole.plain > 0
-                 ? std::ldexp(1.0F, exponent_within(allowed_step(band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain)))
-                 : 0.0F;
+  out.step =
+      limits.epsilon > 0 && out.whole.plain > 0
+          ? std::ldexp(
+                1.0F, exponent_within(allowed_step(band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain)))
+          : 0.0F;
   out.rest = {};
   out.rest.band = band;
   for (std::size_t i = 0; i < static_cast<std::size_t>(sh_count(band)); ++i)

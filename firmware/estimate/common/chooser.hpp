@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <lightwell/descriptor.hpp>
 #include <span>
 #include <vector>
+
+#include <lightwell/descriptor.hpp>
 
 #include "estimate/common/cells.hpp"
 #include "estimate/common/spectrum.hpp"
@@ -15,15 +16,15 @@ namespace lightwell::estimate {
 struct ChoiceLimits {
   int band = kMaxBand;  ///< Highest band.
   int max_lights = 16;
-  double epsilon = 0.01;         ///< Relative RMS error of irradiance; 0: as rich as the two above allow.
-  double radiance_epsilon = 0;   ///< The same of radiance(d, 0.5); 0: no such limit.
-  double other_error = 0;        ///< Expected relative error of irradiance from all other causes, one deviation.
+  double epsilon = 0.01;        ///< Relative RMS error of irradiance; 0: as rich as the two above allow.
+  double radiance_epsilon = 0;  ///< The same of radiance(d, 0.5); 0: no such limit.
+  double other_error = 0;       ///< Expected relative error of irradiance from all other causes, one deviation.
 };
 
 struct Chosen {
   RadianceSh rest;
-  float step = 0;            ///< By which `rest` may be rounded so that the limit does not feel it; 0: as little as can be.
-  IrradianceRms whole;       ///< Of the irradiance of everything.
+  float step = 0;       ///< By which `rest` may be rounded so that the limit does not feel it; 0: as little as can be.
+  IrradianceRms whole;  ///< Of the irradiance of everything.
   IrradianceRms truncation;  ///< Of the irradiance that neither `rest` nor the lights describe.
 };
 
@@ -33,8 +34,8 @@ class Chooser {
   Chooser();
 
   /// Before choose(): how many lights of a frame are worth finding, `brightest` (null: there is none) among them. Each
-  /// costs its bytes, and no more can be saved than the bands above 0 cost with `brightest` or without any. One more than
-  /// can pay, and as many as were kept before: two that are alike must not take turns.
+  /// costs its bytes, and no more can be saved than the bands above 0 cost with `brightest` or without any. One more
+  /// than can pay, and as many as were kept before: two that are alike must not take turns.
   [[nodiscard]] int worth_finding(const Projection& scene, const Light* brightest, const ChoiceLimits& limits);
 
   /// Takes the lights to keep out of `found` (strongest first) and says what is left. found[must] is kept whatever it
@@ -42,8 +43,8 @@ class Chooser {
   ///
   /// Bands with irradiance are 0, 1, 2, 4 and 6 (A_3 = A_5 = 0): where only irradiance counts no other is sent. With a
   /// limit on radiance all count. Lights are taken in the order in which they help most, for each number of them and
-  /// each last band the bytes and the predicted error are worked out, and the cheapest that keeps the limits is taken. A
-  /// poorer choice than the last one needs room: a prediction of at most kRoom of the limit.
+  /// each last band the bytes and the predicted error are worked out, and the cheapest that keeps the limits is taken.
+  /// A poorer choice than the last one needs room: a prediction of at most kRoom of the limit.
   void choose(const Projection& scene, std::span<const Light> found, int must, const ChoiceLimits& limits,
               std::vector<Light>& kept, Chosen& out);
 
@@ -76,14 +77,16 @@ class Chooser {
   template <class Visit>
   void for_bands(std::size_t lights, const ChoiceLimits& limits, const Whole& whole, Visit&& visit) const;
   /// What is lost above each band, as squares: [band][channel], irradiance and radiance.
-  void lost_above(const Rest& rest, bool all_bands, double (&irradiance)[kBands][3], double (&radiance)[kBands][3]) const;
-  [[nodiscard]] double left_above_two(const Rest& rest, const Light& light, const Shape& shape, const float (&inverse_whole)[3]) const;
+  void lost_above(const Rest& rest, bool all_bands, double (&irradiance)[kBands][3],
+                  double (&radiance)[kBands][3]) const;
+  [[nodiscard]] double left_above_two(const Rest& rest, const Light& light, const Shape& shape,
+                                      const float (&inverse_whole)[3]) const;
   void order_lights(std::span<const Light> found, int must, std::size_t most, const float (&inverse_whole)[3]);
   [[nodiscard]] bool was_kept(std::uint32_t track) const;
 
   std::vector<Shape> shapes_;
-  std::vector<Rest> rests_;          ///< After 0, 1, 2, ... lights.
-  std::vector<std::size_t> order_;   ///< Indices into `found`.
+  std::vector<Rest> rests_;         ///< After 0, 1, 2, ... lights.
+  std::vector<std::size_t> order_;  ///< Indices into `found`.
   std::vector<std::uint32_t> kept_before_;
   int band_before_ = -1;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include <lightwell/cap.hpp>
 #include <lightwell/query.hpp>
 
@@ -52,13 +53,15 @@ RecoveryFault recover(const Descriptor& d, std::span<const ClippedLight> clipped
 
 Status status_of(RecoveryFault fault) {
   switch (fault) {
-    case RecoveryFault::none: return {};
+    case RecoveryFault::none:
+      return {};
     case RecoveryFault::no_reading:
       return {StatusCode::invalid_argument, "the reading must be positive and finite, its normal of length one"};
     case RecoveryFault::nothing_clipped:
       return {StatusCode::failed_precondition, "what is clipped are not lights alone: a reading cannot be shared out"};
     case RecoveryFault::faces_away:
-      return {StatusCode::failed_precondition, "the clipped light hardly reaches a receiver that faces so: turn it towards the light"};
+      return {StatusCode::failed_precondition,
+              "the clipped light hardly reaches a receiver that faces so: turn it towards the light"};
     case RecoveryFault::less_than_seen:
       return {StatusCode::invalid_argument, "the reading is less than what the camera saw without the clipped light"};
   }

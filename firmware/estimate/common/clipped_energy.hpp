@@ -1,17 +1,18 @@
-// Lights that were saturated in every exposure, and what a reading of irradiance tells of their energy (Debevec et al. 2004,
-// "Estimating Surface Reflectance Properties of a Complex Scene under Captured Natural Illumination", section 4.2: the
-// clipped sun from a diffuse sphere).
+// Lights that were saturated in every exposure, and what a reading of irradiance tells of their energy (Debevec et al.
+// 2004, "Estimating Surface Reflectance Properties of a Complex Scene under Captured Natural Illumination",
+// section 4.2: the clipped sun from a diffuse sphere).
 //
-// A reading at a normal is the sum of what was seen, E_seen, and of what is missing. What is missing came from the clipped
-// lights, so all of them are stronger than their lower bounds E_i by one factor g:
+// A reading at a normal is the sum of what was seen, E_seen, and of what is missing. What is missing came from the
+// clipped lights, so all of them are stronger than their lower bounds E_i by one factor g:
 //   reading = E_seen - sum E_i k_i + g sum E_i k_i,   k_i: irradiance_of a receiver per vector irradiance of the cap.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <span>
+
 #include <lightwell/descriptor.hpp>
 #include <lightwell/result.hpp>
-#include <span>
 
 namespace lightwell {
 
@@ -35,8 +36,8 @@ inline constexpr double kFacing = 0.2;
 
 struct RecoveredLight {
   std::uint32_t track = 0;
-  Irradiance irradiance;   ///< At normal incidence; at least what was measured.
-  float uncertainty = 0;   ///< Of its luminance, from kReadingError.
+  Irradiance irradiance;  ///< At normal incidence; at least what was measured.
+  float uncertainty = 0;  ///< Of its luminance, from kReadingError.
 };
 
 /// What is known of lights while they stay clipped.
@@ -48,9 +49,9 @@ struct Recovery {
 /// Why a reading tells nothing.
 enum class RecoveryFault : std::uint8_t { none, no_reading, nothing_clipped, faces_away, less_than_seen };
 
-/// Solves for the clipped lights of `d`, whose lights of the same tracks may hold an earlier recovery. Allocates nothing.
-/// `out` is filled where the answer is none. A reading that is less than what was seen, by less than kReadingError of
-/// it, finds nothing missing; by more, something is wrong with it.
+/// Solves for the clipped lights of `d`, whose lights of the same tracks may hold an earlier recovery. Allocates
+/// nothing. `out` is filled where the answer is none. A reading that is less than what was seen, by less than
+/// kReadingError of it, finds nothing missing; by more, something is wrong with it.
 [[nodiscard]] RecoveryFault recover(const Descriptor& d, std::span<const ClippedLight> clipped,
                                     const DiffuseConstraint& constraint, Recovery& out);
 /// ok for none; invalid_argument for readings that cannot be; failed_precondition where they do not tell.
@@ -58,8 +59,8 @@ enum class RecoveryFault : std::uint8_t { none, no_reading, nothing_clipped, fac
 
 /// What applying a recovery found.
 struct Recovered {
-  bool all = false;          ///< Every clipped light is known.
-  double uncertainty = 0;    ///< Sum over the lights, luminance at normal incidence.
+  bool all = false;        ///< Every clipped light is known.
+  double uncertainty = 0;  ///< Sum over the lights, luminance at normal incidence.
 };
 
 /// Sets the lights of `d` that are in `clipped` to what is known of them. Of lights that are no longer clipped `known`

@@ -3,16 +3,17 @@
 
 #include <compare>
 #include <cstdint>
-#include <lightwell/descriptor.hpp>
 #include <span>
 #include <vector>
 
+#include <lightwell/descriptor.hpp>
+
 namespace lightwell::estimate {
 
-/// Greedy nearest neighbour: the best pair of a known and a new light keeps its number, then the next best. A known light
-/// is looked for where its motion has taken it, and one that gives as much light as before fits better: so two lamps
-/// that cross keep their numbers, though they were one bright spot for a while. What is left gets a number never used
-/// before. A lamp that vanishes keeps its number for a while, so that one which flickers stays the same lamp.
+/// Greedy nearest neighbour: the best pair of a known and a new light keeps its number, then the next best. A known
+/// light is looked for where its motion has taken it, and one that gives as much light as before fits better: so two
+/// lamps that cross keep their numbers, though they were one bright spot for a while. What is left gets a number never
+/// used before. A lamp that vanishes keeps its number for a while, so that one which flickers stays the same lamp.
 class LightTracker {
  public:
   LightTracker();

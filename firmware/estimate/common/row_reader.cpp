@@ -83,7 +83,8 @@ Status RowReader::bind(std::span<const Frame> bracket) {
       lenses_seen |= 1U << v.lens;
       e.view[static_cast<std::size_t>(v.lens)] = v;
     }
-    if (exposure_count_ > 1 && lenses_seen != lenses_seen_) return misfit("a bracket's exposures are of different lenses");
+    if (exposure_count_ > 1 && lenses_seen != lenses_seen_)
+      return misfit("a bracket's exposures are of different lenses");
     lenses_seen_ = lenses_seen;
     const double exposure = frame.info.exposure_s * frame.info.gain;
     if (!(exposure > 0) || !std::isfinite(exposure))
@@ -120,13 +121,13 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     steps[i] = table.step[top];
   };
   const auto put_ycbcr = [&](std::size_t i, std::byte luma, std::byte most_luma, std::byte cb, std::byte cr) {
-    const std::array<std::uint8_t, 3> v = rgb8_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb),
-                                                          std::to_integer<int>(cr));
+    const std::array<std::uint8_t, 3> v =
+        rgb8_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb), std::to_integer<int>(cr));
     put_code(i, tables.code8, v[0], v[1], v[2]);
     if (judging != Judging::shared) return;
     // With one colour, the pixel with the most luma has the largest codes.
-    const std::array<std::uint8_t, 3> most = rgb8_of_ycbcr601(std::to_integer<int>(most_luma), std::to_integer<int>(cb),
-                                                             std::to_integer<int>(cr));
+    const std::array<std::uint8_t, 3> most =
+        rgb8_of_ycbcr601(std::to_integer<int>(most_luma), std::to_integer<int>(cb), std::to_integer<int>(cr));
     saturated[i] = std::max({most[0], most[1], most[2]}) >= tables.code8.saturated_from ? 1 : 0;
   };
   switch (view.format) {
@@ -163,7 +164,9 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     case PixelFormat::bayer_rggb12: {
       // Each photosite stands for its 2x2 quad: energy and centroid of the quad are exact.
       const bool bytes = view.format == PixelFormat::bayer_rggb8;
-      const CodeTable& table = bytes ? tables.code8 : view.format == PixelFormat::bayer_rggb10 ? tables.code10 : tables.code12;
+      const CodeTable& table = bytes                                      ? tables.code8
+                               : view.format == PixelFormat::bayer_rggb10 ? tables.code10
+                                                                          : tables.code12;
       const auto top = static_cast<unsigned>(table.linear.size() - 1);
       const std::byte* upper = row(y & ~1);
       const std::byte* lower = row(y | 1);
@@ -209,12 +212,15 @@ bool RowReader::has_luma() const {
 int RowReader::pixels_per_color() const {
   switch (exposures_[0].view[has(0) ? 0 : 1].format) {
     case PixelFormat::rgb8:
-    case PixelFormat::rgb_f32: return 1;
-    case PixelFormat::yuyv: return 2;
+    case PixelFormat::rgb_f32:
+      return 1;
+    case PixelFormat::yuyv:
+      return 2;
     case PixelFormat::nv12:
     case PixelFormat::bayer_rggb8:
     case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12: return 4;
+    case PixelFormat::bayer_rggb12:
+      return 4;
   }
   return 4;
 }
@@ -233,15 +239,14 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   // Floats are radiance already: a lens's and a sensor's ways have been taken off them.
   const bool radiance_already = exposures_[0].view[at].format == PixelFormat::rgb_f32;
   const std::size_t exposures = layout_ == nullptr ? exposure_count_ : taken_[layout_->block_of(lens, first, y)];
-  const float* brighten =
-      radiance_already ? ones_.data()
-                       : table.inverse_vignetting.data() +
-                             static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
+  const float* brighten = radiance_already
+                              ? ones_.data()
+                              : table.inverse_vignetting.data() +
+                                    static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
   const auto noise = [&](double v) { return radiance_already ? 0.0F : static_cast<float>(v); };
   const float read2 = noise(photometry.read_noise * photometry.read_noise), shot = noise(photometry.shot_noise);
   // With a black level the noise below black is kept, and cancels.
-  const float cut_noise =
-      photometry.black_level < 2 * photometry.read_noise ? noise(photometry.read_noise) : 0.0F;
+  const float cut_noise = photometry.black_level < 2 * photometry.read_noise ? noise(photometry.read_noise) : 0.0F;
   float white[3];
   for (std::size_t c = 0; c < 3; ++c)
     white[c] = radiance_already ? 1.0F : static_cast<float>(photometry.white_balance[c]);
@@ -264,7 +269,9 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   } else if (exposures == 1) {
     const Exposure& e = exposures_[0];
     load(e.view[at], tables_[at], y, first, end,
-         what == Reading::radiance ? Judging::none : exposure_count_ > 1 ? Judging::shared : Judging::own);
+         what == Reading::radiance ? Judging::none
+         : exposure_count_ > 1     ? Judging::shared
+                                   : Judging::own);
     const float k = e.radiance_per_linear;
     // One walk, as runs are short.
     const float* __restrict x0 = x_[0].data();
@@ -334,7 +341,8 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   if (!radiance_already) return;
   int bad = 0;
   for (const float* channel : radiance)
-    for (std::size_t i = 0; i < n; ++i) bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > kBrightest);
+    for (std::size_t i = 0; i < n; ++i)
+      bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > kBrightest);
   if (bad == 0) return;
   if (out.certain) {
     std::fill_n(out.variance.begin(), n, 0.0F);

@@ -3,10 +3,11 @@
 #pragma once
 
 #include <array>
-#include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 #include <span>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
 
 #include "calibration/lens_table.hpp"
 #include "camera/frame.hpp"
@@ -17,9 +18,9 @@ class BlockLayout;
 
 /// A run of pixels of one row. Planar, so that sums over rows vectorise.
 struct LinearRow {
-  std::vector<float> r, g, b;    ///< Radiance in units of (linear value / (exposure_s * gain * vignetting)).
-  std::vector<float> variance;   ///< Of the radiance, luminance-like: one number for the three channels.
-  std::vector<float> bias;       ///< Near black, what rounding to codes and cutting off noise may hide, all one way.
+  std::vector<float> r, g, b;   ///< Radiance in units of (linear value / (exposure_s * gain * vignetting)).
+  std::vector<float> variance;  ///< Of the radiance, luminance-like: one number for the three channels.
+  std::vector<float> bias;      ///< Near black, what rounding to codes and cutting off noise may hide, all one way.
   std::vector<std::uint8_t> clipped;  ///< 1 where every exposure was saturated: the radiance is at least this.
   bool certain = false;  ///< No variance, no bias, nothing clipped: the three above are all zero and need no look.
 
@@ -52,8 +53,8 @@ class RowReader {
   /// A camera of a pair may be gone: its lens is then not in the bracket.
   [[nodiscard]] bool has(int lens) const { return (lenses_seen_ >> lens & 1U) != 0; }
 
-  /// How many pixels share one sample of colour in the bracket that is bound: where a small light falls within them, its
-  /// colour and energy do not tell.
+  /// How many pixels share one sample of colour in the bracket that is bound: where a small light falls within them,
+  /// its colour and energy do not tell.
   [[nodiscard]] int pixels_per_color() const;
   /// Whether luma is each pixel's own although colour is shared.
   [[nodiscard]] bool has_luma() const;
@@ -87,8 +88,8 @@ class RowReader {
     float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
   };
 
-  /// What load() fills besides the linear values: nothing; the steps and what is saturated; and so that pixels that share
-  /// their colour with a saturated one count as saturated, as it is wrong there.
+  /// What load() fills besides the linear values: nothing; the steps and what is saturated; and so that pixels that
+  /// share their colour with a saturated one count as saturated, as it is wrong there.
   enum class Judging { none, own, shared };
   void load(const View& view, const Tables& tables, int y, int first, int end, Judging judging);
 

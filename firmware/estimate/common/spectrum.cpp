@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/lobes.hpp>
 #include <limits>
 #include <numbers>
+
+#include <lightwell/lobes.hpp>
 
 namespace lightwell::estimate {
 namespace {
@@ -49,7 +50,8 @@ const BandWeights& band_weights() {
 }
 
 IrradianceRms rms(const double (&squares)[3]) {
-  return {std::sqrt((squares[0] + squares[1] + squares[2]) / 3), std::sqrt(luminance_of(squares[0], squares[1], squares[2]))};
+  return {std::sqrt((squares[0] + squares[1] + squares[2]) / 3),
+          std::sqrt(luminance_of(squares[0], squares[1], squares[2]))};
 }
 
 double relative(const IrradianceRms& error, const IrradianceRms& whole) {

@@ -37,7 +37,8 @@ class ConvexOutline {
     return edges_.size() >= 3;
   }
 
-  /// After close(): the largest distance beyond an edge's line; negative inside. Beyond a corner it is less than the distance to it.
+  /// After close(): the largest distance beyond an edge's line; negative inside. Beyond a corner it is less than the
+  /// distance to it.
   [[nodiscard]] double outside(double x, double y) const {
     double most = -std::numeric_limits<double>::infinity();
     for (const Edge& e : edges_) most = std::max(most, e.nx * x + e.ny * y - e.offset);
@@ -48,7 +49,8 @@ class ConvexOutline {
   template <class Array>
   void outside(const Array& x, const Array& y, Array& out) const {
     out = edges_[0].nx * x + edges_[0].ny * y - edges_[0].offset;
-    for (std::size_t i = 1; i < edges_.size(); ++i) out = out.max(edges_[i].nx * x + edges_[i].ny * y - edges_[i].offset);
+    for (std::size_t i = 1; i < edges_.size(); ++i)
+      out = out.max(edges_[i].nx * x + edges_[i].ny * y - edges_[i].offset);
   }
 
   /// After close(): the x at height y that lie inside by `margin` or more; first > second where there are none.
@@ -80,7 +82,8 @@ class ConvexOutline {
     const auto left = [](Point a, Point b, Point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); };
     const std::size_t start = outline_.size();
     for (; begin != end; ++begin) {
-      while (outline_.size() >= start + 2 && left(outline_[outline_.size() - 2], outline_.back(), *begin) <= 0) outline_.pop_back();
+      while (outline_.size() >= start + 2 && left(outline_[outline_.size() - 2], outline_.back(), *begin) <= 0)
+        outline_.pop_back();
       outline_.push_back(*begin);
     }
     outline_.pop_back();

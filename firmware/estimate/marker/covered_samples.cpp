@@ -11,7 +11,8 @@
 namespace lightwell::marker {
 namespace {
 
-/// A sample that differs from its face's slope by more than this share of it, and by more than four times what the others do, is something else.
+/// A sample that differs from its face's slope by more than this share of it, and by more than four times what the
+/// others do, is something else.
 constexpr double kOffPlane = 0.03;
 
 }  // namespace
@@ -25,7 +26,8 @@ int leave_out_covered(Shading& shading) {
     const std::span<const SurfaceSample> face(shading.samples.data() + begin, end - begin);
     begin = end;
     const Vec3d normal = face[0].normal;
-    const bool flat = std::all_of(face.begin(), face.end(), [&](const SurfaceSample& s) { return dot(s.normal, normal) > 0.9999; });
+    const bool flat =
+        std::all_of(face.begin(), face.end(), [&](const SurfaceSample& s) { return dot(s.normal, normal) > 0.9999; });
     if (!flat || face.size() < 6) {
       kept.insert(kept.end(), face.begin(), face.end());
       continue;
@@ -36,7 +38,8 @@ int leave_out_covered(Shading& shading) {
     };
     std::vector<Point> points;
     for (const SurfaceSample& s : face)
-      points.push_back({dot(s.position, u), dot(s.position, v), (s.irradiance[0] + s.irradiance[1] + s.irradiance[2]) / 3});
+      points.push_back(
+          {dot(s.position, u), dot(s.position, v), (s.irradiance[0] + s.irradiance[1] + s.irradiance[2]) / 3});
     std::vector<double> rest(points.size()), best(points.size(), 0), sorted;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < points.size(); ++i)

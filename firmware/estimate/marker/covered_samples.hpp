@@ -5,8 +5,9 @@
 
 namespace lightwell::marker {
 
-/// Leaves each face without what lies over a part of it: light changes along a face like a plane, and most of its samples agree on one. The
-/// plane through three samples from which the median differs least (Rousseeuw 1984, least median of squares). How many were left out.
+/// Leaves each face without what lies over a part of it: light changes along a face like a plane, and most of its
+/// samples agree on one. The plane through three samples from which the median differs least (Rousseeuw 1984, least
+/// median of squares). How many were left out.
 int leave_out_covered(Shading& shading);
 
 }  // namespace lightwell::marker

@@ -7,11 +7,12 @@ namespace lightwell::marker {
 
 /// How much is believed, beside what each sample says of itself.
 struct ErrorModel {
-  double sample_share = 0.005;   ///< Of a sample's irradiance: texture, blur, what a patch's middle hides of falloff.
-  double sample_floor = 0.004;   ///< Of the brightest surface's mean, on each: light from the table varies along a face.
+  double sample_share = 0.005;  ///< Of a sample's irradiance: texture, blur, what a patch's middle hides of falloff.
+  double sample_floor = 0.004;  ///< Of the brightest surface's mean, on each: light from the table varies along a face.
   double surface_share = 0.007;  ///< Of a surface's mean: its attitude and its paper.
   double surface_floor = 0.015;  ///< Of the brightest surface's mean, on each: light that goes from surface to surface.
-  double table_share = 0.03;     ///< Of the table's mean, on each sample: its texture, and light that the body throws on it.
+  double table_share =
+      0.03;  ///< Of the table's mean, on each sample: its texture, and light that the body throws on it.
   /// Samples of the table lie so close that neighbours tell the same: so many count as one.
   double table_together = 9;
 };

@@ -7,12 +7,14 @@
 namespace lightwell::marker {
 namespace {
 
-/// Lamps are followed while chi square, over the degrees of freedom, is no more than so many times what it was, or what is good anyway.
+/// Lamps are followed while chi square, over the degrees of freedom, is no more than so many times what it was, or what
+/// is good anyway.
 constexpr double kFollowed = 1.5;
 constexpr double kGoodEnough = 0.3;
 /// From one frame to the next a fit is near its end when it begins.
 constexpr int kFollowSteps = 6;
-/// A lamp is one where it gives at least this share of what the brightest face gets: less is what surfaces send to each other.
+/// A lamp is one where it gives at least this share of what the brightest face gets: less is what surfaces send to each
+/// other.
 constexpr double kFaintest = 0.06;
 /// Where a lamp's distance is begun at least, 1/m: at infinity its derivative tells least.
 constexpr double kFirstInverse = 0.5;
@@ -85,7 +87,8 @@ void LampChooser::try_places(std::vector<Lamp> lamps) {
 void LampChooser::simplify(std::size_t count) {
   const Fit* of_count = nullptr;
   for (const Fit& fit : fits_)
-    if (fit.model.lamps.size() == count && (of_count == nullptr || fit.chi_square < of_count->chi_square)) of_count = &fit;
+    if (fit.model.lamps.size() == count && (of_count == nullptr || fit.chi_square < of_count->chi_square))
+      of_count = &fit;
   if (of_count == nullptr) return;
   const std::vector<Lamp> lamps = of_count->model.lamps;
   const auto with = [&](std::vector<Distance> distances) {

@@ -26,7 +26,8 @@ class LampChooser {
 
   /// Lamps looked for everywhere.
   [[nodiscard]] Sought seek();
-  /// The lamps of the frame before, from where they were. Nothing where one of them is gone, or where they do not explain this frame.
+  /// The lamps of the frame before, from where they were. Nothing where one of them is gone, or where they do not
+  /// explain this frame.
   [[nodiscard]] std::optional<Sought> follow(const ChosenLight& before);
   [[nodiscard]] LightSearch& search();
 
@@ -37,7 +38,8 @@ class LampChooser {
   void take(Fit fit);
   /// From these places, each lamp as near as it likes.
   void try_places(std::vector<Lamp> lamps);
-  /// The best fit of so many lamps again with all of them, and each one, infinitely far: what a distance does not pay for is distant.
+  /// The best fit of so many lamps again with all of them, and each one, infinitely far: what a distance does not pay
+  /// for is distant.
   void simplify(std::size_t count);
   void try_beside(std::vector<Lamp> lamps);
 

@@ -69,7 +69,9 @@ Eigen::Matrix2d over_models(const Sought& sought, std::size_t which) {
     std::size_t same = strongest(fit.model);
     if (which != strongest(best.model))
       for (std::size_t k = 0; k < fit.model.lamps.size(); ++k)
-        if (angle_between(direction, fit.model.lamps[k].direction) < angle_between(direction, fit.model.lamps[same].direction)) same = k;
+        if (angle_between(direction, fit.model.lamps[k].direction) <
+            angle_between(direction, fit.model.lamps[same].direction))
+          same = k;
     const Eigen::Vector2d turn = turn_of(direction, fit.model.lamps[same].direction);
     out += weight * turn * turn.transpose();
     models += weight;

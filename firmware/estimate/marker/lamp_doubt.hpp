@@ -24,12 +24,13 @@ namespace lightwell::marker {
 /// A covariance in tangent_basis(from) as it is in tangent_basis(to), a lamp having moved a little.
 [[nodiscard]] Eigen::Matrix2d carried(const Eigen::Matrix2d& covariance, Vec3d from, Vec3d to);
 
-/// A diffuse surface hardly tells a wide light from a point in its middle: what shines strongest may be anywhere in it. The variance of that, along
-/// each axis, of the widest light that explains the faces as well. (A shadow's edge tells that a lamp is small.)
+/// A diffuse surface hardly tells a wide light from a point in its middle: what shines strongest may be anywhere in it.
+/// The variance of that, along each axis, of the widest light that explains the faces as well. (A shadow's edge tells
+/// that a lamp is small.)
 [[nodiscard]] double extent(const Fit& best, std::size_t which, const LightSearch& search);
 
-/// Light from all around that would be less than nothing on some side stands in for light that the lamps do not explain. The variance of
-/// that in each direction, rad²; 0 where there is none.
+/// Light from all around that would be less than nothing on some side stands in for light that the lamps do not
+/// explain. The variance of that in each direction, rad²; 0 where there is none.
 [[nodiscard]] double unexplained(const LightModel& model);
 
 }  // namespace lightwell::marker

@@ -23,14 +23,16 @@ namespace {
 constexpr double kMostLeftOut = 0.35;
 /// So many times are samples left out and the rest asked again.
 constexpr int kRounds = 2;
-/// The table is one plane of one colour where its samples differ from the model by no more than so many deviations, RMS,
+/// The table is one plane of one colour where its samples differ from the model by no more than so many deviations,
+/// RMS,
 constexpr double kTableFits = 0.35;
 /// without leaving out more than a few of them,
 constexpr double kTableKept = 0.8;
 /// and it shows a shadow where that explains so much more than none (a difference of chi squares).
 constexpr double kShadowShows = 30;
 
-Shading without(const Shading& shading, const Observations& seen, const Fit& fit, const ChoiceOptions& options, int& left_out) {
+Shading without(const Shading& shading, const Observations& seen, const Fit& fit, const ChoiceOptions& options,
+                int& left_out) {
   Shading out = shading;
   out.samples.clear();
   const std::vector<double> of_faces = deviations_from(seen, fit.model);
@@ -69,7 +71,8 @@ bool shadow_shows(const Observations& seen, const Fit& fit, const std::vector<Ve
   return gain > kShadowShows;
 }
 
-/// In units in which the mean irradiance is one, and the table's mean radiance too: what a fit compares numbers with has a size.
+/// In units in which the mean irradiance is one, and the table's mean radiance too: what a fit compares numbers with
+/// has a size.
 struct Scaled {
   Shading shading;
   double irradiance = 0;  ///< One of those units.
@@ -83,9 +86,11 @@ struct Scaled {
       return;
     }
     for (SurfaceSample& s : shading.samples)
-      for (std::size_t c = 0; c < 3; ++c) s.irradiance[c] /= irradiance, s.sigma[c] /= irradiance, s.from_table[c] /= irradiance;
+      for (std::size_t c = 0; c < 3; ++c)
+        s.irradiance[c] /= irradiance, s.sigma[c] /= irradiance, s.from_table[c] /= irradiance;
     if (!shading.table) return;
-    for (const TableSample& t : shading.table->samples) table += t.radiance / static_cast<double>(shading.table->samples.size());
+    for (const TableSample& t : shading.table->samples)
+      table += t.radiance / static_cast<double>(shading.table->samples.size());
     if (!(table > 0) || !std::isfinite(table)) {
       shading.table.reset();
       return;
@@ -94,7 +99,8 @@ struct Scaled {
   }
 };
 
-/// What is told where what lies around the body is taken for that: the fit that BIC takes, without the samples that are something else.
+/// What is told where what lies around the body is taken for that: the fit that BIC takes, without the samples that are
+/// something else.
 struct Told {  // `chooser` refers to `seen`, and to the hull of the shading that was asked about
   Around around = Around::far;
   Shading kept;
@@ -106,8 +112,10 @@ struct Told {  // `chooser` refers to `seen`, and to the hull of the shading tha
 
 Witness witness_of(Around around) { return around == Around::shadow ? Witness::faces_and_table : Witness::faces; }
 
-/// `before`: its lamps are followed; nothing where they do not explain this frame. Null: lamps are looked for everywhere.
-std::optional<Told> ask(const Shading& shading, Around around, const ChoiceOptions& options, const ChosenLight* before) {
+/// `before`: its lamps are followed; nothing where they do not explain this frame. Null: lamps are looked for
+/// everywhere.
+std::optional<Told> ask(const Shading& shading, Around around, const ChoiceOptions& options,
+                        const ChosenLight* before) {
   Told out;
   out.around = around;
   out.kept = shading;
@@ -127,7 +135,8 @@ std::optional<Told> ask(const Shading& shading, Around around, const ChoiceOptio
     if (round == (before != nullptr ? 1 : kRounds)) return out;
     int left_out = 0;
     Shading fewer = without(out.kept, *out.seen, out.sought.best, options, left_out);
-    const bool table_thinner = out.kept.table && fewer.table && fewer.table->samples.size() < out.kept.table->samples.size();
+    const bool table_thinner =
+        out.kept.table && fewer.table && fewer.table->samples.size() < out.kept.table->samples.size();
     if (left_out == 0 && !(round == 0 && table_thinner)) return out;
     out.left_out += left_out;
     out.kept = std::move(fewer);
@@ -136,7 +145,8 @@ std::optional<Told> ask(const Shading& shading, Around around, const ChoiceOptio
 
 /// Whether what lies around the body is a table with a shadow on it.
 bool is_witness(const Shading& shading, const Told& both) {
-  const auto kept = static_cast<double>(both.kept.table->samples.size()), all = static_cast<double>(shading.table->samples.size());
+  const auto kept = static_cast<double>(both.kept.table->samples.size()),
+             all = static_cast<double>(shading.table->samples.size());
   return kept >= kTableKept * all && shadow_shows(*both.seen, both.sought.best, both.kept.hull);
 }
 
@@ -166,13 +176,15 @@ ChosenLight conclude(Told told, const ChoiceOptions& options, const ChosenLight*
   for (std::size_t k = 0; k < best.model.lamps.size(); ++k) {
     ChosenLamp lamp;
     lamp.lamp = best.model.lamps[k];
-    const Eigen::Matrix2d models = before != nullptr
-                                       ? carried(matrix(before->lamps[k].of_models), before->lamps[k].lamp.direction, lamp.lamp.direction)
-                                       : over_models(told.sought, k);
+    const Eigen::Matrix2d models = before != nullptr ? carried(matrix(before->lamps[k].of_models),
+                                                               before->lamps[k].lamp.direction, lamp.lamp.direction)
+                                                     : over_models(told.sought, k);
     Eigen::Matrix2d covariance = over_places(best, k, told.chooser->search(), witness) + models;
     lamp.of_models = numbers(models);
     lamp.direction_covariance = numbers(covariance);
-    const auto worst_of = [](const Eigen::Matrix2d& c) { return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]); };
+    const auto worst_of = [](const Eigen::Matrix2d& c) {
+      return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]);
+    };
     // Whatever another model would make of the faces: a shadow needs its lamp.
     out.placed = out.placed && (shadow || worst_of(covariance) <= options.unsure_rad);
     if (!shadow) covariance += (extent(best, k, told.chooser->search()) + spread) * Eigen::Matrix2d::Identity();
@@ -193,8 +205,8 @@ ChosenLight conclude(Told told, const ChoiceOptions& options, const ChosenLight*
   return out;
 }
 
-/// Who told before is asked first. Else what lies around the body is asked as a table with a shadow; as a table that shows none, but sends its
-/// light to the faces; and, where that makes no lamp sure, as nothing of the kind.
+/// Who told before is asked first. Else what lies around the body is asked as a table with a shadow; as a table that
+/// shows none, but sends its light to the faces; and, where that makes no lamp sure, as nothing of the kind.
 ChosenLight choose(const Shading& shading, const ChoiceOptions& options, const ChosenLight* before) {
   const bool table = shading.table && !shading.table->samples.empty();
   if (before != nullptr)

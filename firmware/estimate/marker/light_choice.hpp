@@ -45,18 +45,20 @@ struct ChosenLight {
   double chi_square = 0;          ///< Over the degrees of freedom.
   double searched = 0;            ///< The same when lamps were last searched for.
   Around around = Around::far;
-  bool unsure = false;            ///< Whether several lights would explain what was seen equally well.
-  /// Whether the lamps explain the faces from where they are, each within `unsure_rad`, with no less than nothing from all around, or the table's
-  /// shadow shows them: then they tell what normals between the faces get, also where it is open how wide a lamp is.
+  bool unsure = false;  ///< Whether several lights would explain what was seen equally well.
+  /// Whether the lamps explain the faces from where they are, each within `unsure_rad`, with no less than nothing from
+  /// all around, or the table's shadow shows them: then they tell what normals between the faces get, also where it is
+  /// open how wide a lamp is.
   bool placed = false;
-  int left_out = 0;               ///< Samples that were something else.
+  int left_out = 0;  ///< Samples that were something else.
   int used = 0;
-  bool followed = false;          ///< Whether the lamps before were led on; else they were searched for everywhere.
+  bool followed = false;            ///< Whether the lamps before were led on; else they were searched for everywhere.
   std::vector<SurfaceSample> kept;  ///< The faces' samples without those that were something else.
 };
 
-/// `before`: what was told of the frame before, where there was one: its lamps are led on while they explain what is seen as well as
-/// they did, a tenth of the time of a search. With nothing seen: no lamps, unsure.
-[[nodiscard]] ChosenLight choose_light(const Shading& shading, const ChoiceOptions& options, const ChosenLight* before = nullptr);
+/// `before`: what was told of the frame before, where there was one: its lamps are led on while they explain what is
+/// seen as well as they did, a tenth of the time of a search. With nothing seen: no lamps, unsure.
+[[nodiscard]] ChosenLight choose_light(const Shading& shading, const ChoiceOptions& options,
+                                       const ChosenLight* before = nullptr);
 
 }  // namespace lightwell::marker

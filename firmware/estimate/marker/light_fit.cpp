@@ -15,7 +15,8 @@ namespace {
 
 /// Steps of the shadow's derivative: a tenth of a degree, and a lamp at a metre that moves by a centimetre.
 constexpr double kTurn = 0.002, kInverse = 0.01;
-/// Light from all around has a slope even where there is hardly any of it: at least as that of this share of the mean irradiance.
+/// Light from all around has a slope even where there is hardly any of it: at least as that of this share of the mean
+/// irradiance.
 constexpr double kLeastAmbient = 0.02;
 /// Where the linear parameters are begun: this share of the mean irradiance is taken for light from all around.
 constexpr double kFirstAmbient = 0.3;
@@ -24,8 +25,8 @@ constexpr double kLightsFaces = 1e-3;
 /// Albedo of a table whose light from all around does not tell it.
 constexpr double kTableAlbedo = 0.2;
 
-/// What lies where in the vector of parameters: of each lamp its turn (u, v), its inverse distance where that is free, and its
-/// irradiance by channel; of each channel four numbers of light from all around; the table's radiances.
+/// What lies where in the vector of parameters: of each lamp its turn (u, v), its inverse distance where that is free,
+/// and its irradiance by channel; of each channel four numbers of light from all around; the table's radiances.
 struct Layout {
   struct OfLamp {
     int turn = 0, inverse = -1, irradiance = 0;
@@ -225,8 +226,10 @@ Aim aim_of(const Lamp& lamp) {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The parameters that enter linearly, for the places that `p` holds: least squares, those that must not be negative set to zero.
-void solve_linear(const Differences& differences, const Layout& layout, const Observations& seen, std::vector<double>& p) {
+/// The parameters that enter linearly, for the places that `p` holds: least squares, those that must not be negative
+/// set to zero.
+void solve_linear(const Differences& differences, const Layout& layout, const Observations& seen,
+                  std::vector<double>& p) {
   Eigen::VectorXd r(differences.num_residuals());
   RowMajor j(differences.num_residuals(), layout.size);
   for (std::size_t i = 0; i < p.size(); ++i)
@@ -235,7 +238,8 @@ void solve_linear(const Differences& differences, const Layout& layout, const Ob
     for (int c = 0; c < seen.channels(); ++c) p[static_cast<std::size_t>(lamp.irradiance + c)] = 0;
   const double* parameters[1] = {p.data()};
   double* jacobians[1] = {j.data()};
-  for (int c = 0; c < seen.channels(); ++c) p[static_cast<std::size_t>(layout.ambient + 4 * c)] = kFirstAmbient * seen.mean(c);
+  for (int c = 0; c < seen.channels(); ++c)
+    p[static_cast<std::size_t>(layout.ambient + 4 * c)] = kFirstAmbient * seen.mean(c);
   (void)differences.Evaluate(parameters, r.data(), jacobians);
   std::vector<int> linear;
   for (const Layout::OfLamp& lamp : layout.lamps)
@@ -246,10 +250,10 @@ void solve_linear(const Differences& differences, const Layout& layout, const Ob
   const Eigen::MatrixXd normal = part.transpose() * part;
   // A ridge of a billionth: a lamp that lights nothing has no column.
   const double ridge = 1e-9 * std::max(normal.diagonal().maxCoeff(), 1e-300);
-  const Eigen::VectorXd x = (normal + ridge * Eigen::MatrixXd::Identity(normal.rows(), normal.cols()))
-                                .ldlt()
-                                .solve(-part.transpose() * r);
-  for (std::size_t i = 0; i < linear.size(); ++i) p[static_cast<std::size_t>(linear[i])] += x[static_cast<Eigen::Index>(i)];
+  const Eigen::VectorXd x =
+      (normal + ridge * Eigen::MatrixXd::Identity(normal.rows(), normal.cols())).ldlt().solve(-part.transpose() * r);
+  for (std::size_t i = 0; i < linear.size(); ++i)
+    p[static_cast<std::size_t>(linear[i])] += x[static_cast<Eigen::Index>(i)];
 }
 
 /// Irradiances, and light from all around, are not negative.
@@ -263,12 +267,15 @@ std::vector<int> not_negative(const Layout& layout, int channels) {
   return out;
 }
 
-/// Lamps that light none of the faces: as much stronger than what the faces get as the table shows; their colour is not told.
+/// Lamps that light none of the faces: as much stronger than what the faces get as the table shows; their colour is not
+/// told.
 void tell_by_shadow(const Observations& seen, Fit& fit) {
-  // What the table gets from all around is what the faces get, on the whole: which of it comes from weak lamps is not well known.
+  // What the table gets from all around is what the faces get, on the whole: which of it comes from weak lamps is not
+  // well known.
   double around = 0;
   for (int c = 0; c < seen.channels(); ++c) around += seen.mean(c) / seen.channels();
-  const double albedo = around > 0 && fit.table_ambient > 0 ? fit.table_ambient / around : kTableAlbedo / std::numbers::pi;
+  const double albedo =
+      around > 0 && fit.table_ambient > 0 ? fit.table_ambient / around : kTableAlbedo / std::numbers::pi;
   for (std::size_t k = 0; k < fit.model.lamps.size(); ++k) {
     Lamp& lamp = fit.model.lamps[k];
     double most = 0;
@@ -334,13 +341,15 @@ Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Dis
     found.push_back(differences->at(p.data(), k));
     Lamp lamp{found[k].direction, found[k].inverse_distance, {}};
     for (std::size_t c = 0; c < 3; ++c)
-      lamp.irradiance[c] = p[static_cast<std::size_t>(layout.lamps[k].irradiance) + std::min(c, static_cast<std::size_t>(channels - 1))];
+      lamp.irradiance[c] =
+          p[static_cast<std::size_t>(layout.lamps[k].irradiance) + std::min(c, static_cast<std::size_t>(channels - 1))];
     out.model.lamps.push_back(lamp);
     if (with_table) out.table_lamps.push_back(p[static_cast<std::size_t>(layout.table) + 1 + k]);
   }
   for (std::size_t b = 0; b < 4; ++b)
     for (std::size_t c = 0; c < 3; ++c)
-      out.model.ambient[b][c] = p[static_cast<std::size_t>(layout.ambient) + 4 * std::min(c, static_cast<std::size_t>(channels - 1)) + b];
+      out.model.ambient[b][c] =
+          p[static_cast<std::size_t>(layout.ambient) + 4 * std::min(c, static_cast<std::size_t>(channels - 1)) + b];
   if (with_table) {
     out.table_ambient = p[static_cast<std::size_t>(layout.table)];
     tell_by_shadow(seen, out);
@@ -349,21 +358,24 @@ Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Dis
   // Around where it ended, so that the turns are those of the tangent plane there.
   const Differences around(seen, layout, found, hull, options.ambient_slope);
   std::vector<double> there = p;
-  for (const Layout::OfLamp& lamp : layout.lamps) there[static_cast<std::size_t>(lamp.turn)] = there[static_cast<std::size_t>(lamp.turn) + 1] = 0;
+  for (const Layout::OfLamp& lamp : layout.lamps)
+    there[static_cast<std::size_t>(lamp.turn)] = there[static_cast<std::size_t>(lamp.turn) + 1] = 0;
   Eigen::VectorXd r(around.num_residuals());
   RowMajor j(around.num_residuals(), layout.size);
   const double* parameters[1] = {there.data()};
   double* jacobians[1] = {j.data()};
   (void)around.Evaluate(parameters, r.data(), jacobians);
   out.chi_square = r.squaredNorm();
-  // What nothing is known of keeps a wide prior: a direction a radian, an inverse distance 10/m, an amount all that was seen.
+  // What nothing is known of keeps a wide prior: a direction a radian, an inverse distance 10/m, an amount all that was
+  // seen.
   Eigen::MatrixXd information = j.transpose() * j;
   for (const Layout::OfLamp& lamp : layout.lamps) {
     information(lamp.turn, lamp.turn) += 1;
     information(lamp.turn + 1, lamp.turn + 1) += 1;
     if (lamp.inverse >= 0) information(lamp.inverse, lamp.inverse) += 0.01;
   }
-  for (int i = 0; i < layout.size; ++i) information(i, i) += 1e-12 * std::max(information.diagonal().maxCoeff(), 1e-300);
+  for (int i = 0; i < layout.size; ++i)
+    information(i, i) += 1e-12 * std::max(information.diagonal().maxCoeff(), 1e-300);
   const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(layout.size, layout.size));
   const double free = std::max(1, around.num_residuals() - layout.size);
   const double grown = std::max(1.0, out.chi_square / free);
@@ -387,8 +399,8 @@ std::vector<double> deviations_from(const Observations& seen, const LightModel& 
     double most = 0;
     for (int c = 0; c < seen.channels(); ++c) {
       const auto channel = static_cast<std::size_t>(c);
-      double sum = model.ambient[0][channel] + model.ambient[1][channel] * s.normal.x + model.ambient[2][channel] * s.normal.y +
-                   model.ambient[3][channel] * s.normal.z;
+      double sum = model.ambient[0][channel] + model.ambient[1][channel] * s.normal.x +
+                   model.ambient[2][channel] * s.normal.y + model.ambient[3][channel] * s.normal.z;
       for (const Lamp& lamp : model.lamps)
         sum += lamp.irradiance[channel] * lamp_factor(lamp.direction, lamp.inverse_distance, s.position, s.normal);
       const double d = seen.deviations(c, i, s.irradiance[channel] - sum);

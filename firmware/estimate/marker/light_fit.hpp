@@ -24,7 +24,8 @@ struct Fit {
   int parameters = 0;
   int observations = 0;
   bool table = false;  ///< Whether the table told too.
-  /// Of the table, where it told: radiance of light from all around, and of each lamp where nothing shades it and it falls vertically.
+  /// Of the table, where it told: radiance of light from all around, and of each lamp where nothing shades it and it
+  /// falls vertically.
   double table_ambient = 0;
   std::vector<double> table_lamps;
 
@@ -34,7 +35,8 @@ struct Fit {
 
 enum class Witness : std::uint8_t { faces, faces_and_table };
 
-/// `lamps`: their directions and inverse distances are the start, their irradiance does not matter. Ends in the nearest minimum.
+/// `lamps`: their directions and inverse distances are the start, their irradiance does not matter. Ends in the nearest
+/// minimum.
 [[nodiscard]] Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Distance> distances,
                             Witness witness, const std::vector<Vec3d>& hull, const FitOptions& options);
 

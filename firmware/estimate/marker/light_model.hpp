@@ -22,13 +22,14 @@ struct Lamp {
 };
 
 struct LightModel {
-  /// Irradiance of light from all around, bands 0 and 1: ambient[0] + dot((ambient[1], ambient[2], ambient[3]), normal).
+  /// Irradiance of light from all around, bands 0 and 1: ambient[0] + dot((ambient[1], ambient[2], ambient[3]),
+  /// normal).
   std::array<Rgb, 4> ambient{};
   std::vector<Lamp> lamps;  ///< Strongest first.
 };
 
-/// Irradiance at `position` with `normal`, for a lamp whose irradiance in the centre is one: the cosine, clipped at the horizon, over the
-/// square of the distance.
+/// Irradiance at `position` with `normal`, for a lamp whose irradiance in the centre is one: the cosine, clipped at the
+/// horizon, over the square of the distance.
 [[nodiscard]] inline double lamp_factor(Vec3d direction, double inverse_distance, Vec3d position, Vec3d normal) {
   const Vec3d q = direction - position * inverse_distance;
   const double squared = dot(q, q);

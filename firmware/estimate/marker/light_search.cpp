@@ -13,14 +13,14 @@
 namespace lightwell::marker {
 namespace {
 
-constexpr int kDirections = 400;                                     // 10 degrees apart
-constexpr std::array kInverse = {0.0, 0.8, 1.7, 3.3};                // 1/m: infinity, 1.25 m, 0.6 m, 0.3 m
+constexpr int kDirections = 400;                       // 10 degrees apart
+constexpr std::array kInverse = {0.0, 0.8, 1.7, 3.3};  // 1/m: infinity, 1.25 m, 0.6 m, 0.3 m
 /// Share of the mean irradiance that the grid takes for light from all around, whose slope it bounds.
 constexpr double kAmbient = 0.3;
 /// A wide lamp is its middle and so many points around it, at this share of its radius.
 constexpr int kRing = 6;
 constexpr double kRingRadius = 0.764;
-constexpr double kApart = 0.43;                                      // rad: 25 degrees
+constexpr double kApart = 0.43;  // rad: 25 degrees
 
 /// The grid's directions, even over the sphere.
 const std::vector<Vec3d>& grid() {
@@ -148,15 +148,18 @@ LightSearch::Landscape LightSearch::landscape(Witness witness, const std::vector
     }
   };
   for (int c = 0; c < seen_.channels(); ++c)
-    add(faces_[static_cast<std::size_t>(c)], [&](const Lamp& lamp) { return column_of(c, lamp.direction, lamp.inverse_distance); });
+    add(faces_[static_cast<std::size_t>(c)],
+        [&](const Lamp& lamp) { return column_of(c, lamp.direction, lamp.inverse_distance); });
   if (witness == Witness::faces_and_table && seen_.table() != nullptr) {
     look_at_table();
     add(*table_, [&](const Lamp& lamp) { return table_column_of(lamp.direction, lamp.inverse_distance); });
   }
-  Landscape out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0), 4 * std::numbers::pi / kDirections};
+  Landscape out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0),
+                4 * std::numbers::pi / kDirections};
   for (std::size_t i = 0; i < places; ++i) {
     const std::size_t direction = i / kInverse.size();
-    if (chi[i] < out.chi_square[direction]) out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverse[i % kInverse.size()];
+    if (chi[i] < out.chi_square[direction])
+      out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverse[i % kInverse.size()];
   }
   return out;
 }
@@ -189,7 +192,8 @@ double LightSearch::chi_square_of(const Lamp& lamp, double radius_rad, const std
   return chi;
 }
 
-std::vector<LightSearch::Candidate> LightSearch::singles(std::size_t most, Witness witness, const std::vector<Lamp>& beside) {
+std::vector<LightSearch::Candidate> LightSearch::singles(std::size_t most, Witness witness,
+                                                         const std::vector<Lamp>& beside) {
   const Landscape map = landscape(witness, beside);
   std::vector<Candidate> all;
   for (std::size_t i = 0; i < map.directions.size(); ++i)
@@ -207,7 +211,8 @@ std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
     const auto channel = static_cast<std::size_t>(c);
     Eigen::MatrixXf columns(faces_[channel].columns.rows(), m);
     for (Eigen::Index i = 0; i < m; ++i)
-      columns.col(i) = faces_[channel].columns.col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverse.size()));
+      columns.col(i) =
+          faces_[channel].columns.col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverse.size()));
     const Eigen::MatrixXf gram = columns.transpose() * columns;
     const Eigen::VectorXf along = columns.transpose() * faces_[channel].left.cast<float>();
     const auto start = static_cast<float>(faces_[channel].left.squaredNorm());

@@ -1,5 +1,6 @@
-// Where lamps could be, looked for everywhere: sparse least squares over a grid of directions and distances (Aittala 2010,
-// "Inverse lighting and photorealistic rendering for augmented reality", section 4: few lamps that explain a diffuse probe).
+// Where lamps could be, looked for everywhere: sparse least squares over a grid of directions and distances (Aittala
+// 2010, "Inverse lighting and photorealistic rendering for augmented reality", section 4: few lamps that explain a
+// diffuse probe).
 #pragma once
 
 #include <optional>
@@ -23,30 +24,33 @@ class LightSearch {
     double chi_square = 0;
   };
 
-  /// Best first, none within 25 degrees of a better one, `most` at most. `beside`: lamps whose places are known and whose
-  /// irradiances are fitted too.
+  /// Best first, none within 25 degrees of a better one, `most` at most. `beside`: lamps whose places are known and
+  /// whose irradiances are fitted too.
   [[nodiscard]] std::vector<Candidate> singles(std::size_t most, Witness witness, const std::vector<Lamp>& beside = {});
   /// Two distant lamps at a time.
   [[nodiscard]] std::vector<Candidate> pairs(std::size_t most) const;
 
-  /// What is left of the least squares for a lamp at each direction of the grid, at the distance that suits best, beside others.
+  /// What is left of the least squares for a lamp at each direction of the grid, at the distance that suits best,
+  /// beside others.
   struct Landscape {
     std::span<const Vec3d> directions;
     std::vector<double> chi_square;
     std::vector<double> inverse_distance;  ///< That suits best.
-    double solid_angle = 0;  ///< Of each direction, sr.
+    double solid_angle = 0;                ///< Of each direction, sr.
   };
   [[nodiscard]] Landscape landscape(Witness witness, const std::vector<Lamp>& beside);
 
-  /// What is left of the faces' least squares for a lamp that is not a point but as wide as `radius_rad` around its direction, beside others.
+  /// What is left of the faces' least squares for a lamp that is not a point but as wide as `radius_rad` around its
+  /// direction, beside others.
   [[nodiscard]] double chi_square_of(const Lamp& lamp, double radius_rad, const std::vector<Lamp>& beside) const;
 
  private:
   /// One kind of numbers that were seen: a channel of the faces, or the table. Whitened.
   struct Look {
-    Eigen::MatrixXd basis;     // orthonormal columns of light from all around
-    Eigen::VectorXd left;      // what was seen, without them
-    Eigen::MatrixXf columns;   // of each direction of the grid, at each distance: what such a lamp would make, without them
+    Eigen::MatrixXd basis;  // orthonormal columns of light from all around
+    Eigen::VectorXd left;   // what was seen, without them
+    Eigen::MatrixXf
+        columns;  // of each direction of the grid, at each distance: what such a lamp would make, without them
   };
 
   [[nodiscard]] Eigen::VectorXd column_of(int channel, Vec3d direction, double inverse_distance) const;

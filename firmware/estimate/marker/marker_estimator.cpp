@@ -23,10 +23,11 @@ namespace {
 constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
 /// Darker than so many times what rounding and noise hide, nothing is told.
 constexpr double kDark = 3;
-/// What is not modelled (paper that is not quite matte, lamps that are not points) is never better than this in a direction, rad.
+/// What is not modelled (paper that is not quite matte, lamps that are not points) is never better than this in a
+/// direction, rad.
 constexpr double kLeastSigma = 0.005;
-/// Where so large a share of the patches is something else, what stands before the body or throws its shadow on it may be before the table
-/// and the lamp as well, and what is left may be explained by a lamp that is not there.
+/// Where so large a share of the patches is something else, what stands before the body or throws its shadow on it may
+/// be before the table and the lamp as well, and what is left may be explained by a lamp that is not there.
 constexpr double kHidden = 0.25;
 /// Variance of a direction of which nothing is known, rad².
 constexpr double kAnywhere = 1;
@@ -104,7 +105,8 @@ Result<int> Marker::find(std::span<const Frame> bracket) {
     }
   }
   before_.reset();
-  return Status(StatusCode::not_found, "no tag of the body '" + body_.name + "' is in the picture, or too small, dark or blurred to be read");
+  return Status(StatusCode::not_found,
+                "no tag of the body '" + body_.name + "' is in the picture, or too small, dark or blurred to be read");
 }
 
 Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
@@ -114,7 +116,8 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   const auto lens = static_cast<std::size_t>(*seen);
   const LensParameters& parameters = rig_.lenses[lens];
   const marker::PlacedBody placed(body_, parameters, models_[lens], report_.body.probe_body.pose);
-  report_.counts = sampler_.sample(reader_, *seen, parameters.width, parameters.height, body_, placed, scale_.factor, 3, shading_);
+  report_.counts =
+      sampler_.sample(reader_, *seen, parameters.width, parameters.height, body_, placed, scale_.factor, 3, shading_);
   marker::find_table_light(shading_);
   // A camera of one colour, or light of one: channels that are alike in every sample need no fit of their own.
   const auto grey = [](const marker::SurfaceSample& s) {
@@ -227,11 +230,14 @@ void Marker::tell_around(Descriptor& out) {
     // Lamps that explain the faces may be anywhere, and light what lies between the faces in as many ways.
     std::vector<Vec3d> toward;
     for (const marker::ChosenLamp& lamp : light.lamps) toward.push_back(lamp.lamp.direction);
-    const auto even = marker::most_even_light(light.kept, options_.choice.errors, toward, std::min(options_.config.band, kEvenBand));
+    const auto even =
+        marker::most_even_light(light.kept, options_.choice.errors, toward, std::min(options_.config.band, kEvenBand));
     if (even) {
       out.radiance = even->radiance;
       for (std::size_t k = 0; k < light.lamps.size(); ++k) light.lamps[k].lamp.irradiance = even->lamps[k];
-      const auto sum = [](const marker::ChosenLamp& lamp) { return lamp.lamp.irradiance[0] + lamp.lamp.irradiance[1] + lamp.lamp.irradiance[2]; };
+      const auto sum = [](const marker::ChosenLamp& lamp) {
+        return lamp.lamp.irradiance[0] + lamp.lamp.irradiance[1] + lamp.lamp.irradiance[2];
+      };
       std::ranges::stable_sort(light.lamps, std::ranges::greater{}, sum);
       return;
     }
@@ -251,25 +257,31 @@ void Marker::judge(Descriptor& out) const {
   out.bound = {};
   out.bound.total = std::numeric_limits<float>::infinity();
   double squares = 0, noise = 0;
-  for (const marker::SurfaceSample& s : shading_.samples) squares += s.irradiance[1] * s.irradiance[1], noise += s.sigma[1] * s.sigma[1];
+  for (const marker::SurfaceSample& s : shading_.samples)
+    squares += s.irradiance[1] * s.irradiance[1], noise += s.sigma[1] * s.sigma[1];
   if (!(squares > 0)) return;
   out.bound.noise = rounded(3 * std::sqrt(noise / squares));
-  out.bound.sampling = rounded(3 * std::hypot(options_.choice.errors.surface_share, options_.choice.errors.surface_floor));
+  out.bound.sampling =
+      rounded(3 * std::hypot(options_.choice.errors.surface_share, options_.choice.errors.surface_floor));
 }
 
 }  // namespace
 
 Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParameters& rig, const MarkerBody& body,
-                                                               std::unique_ptr<BodyFinder> finder, const MarkerOptions& options) {
+                                                               std::unique_ptr<BodyFinder> finder,
+                                                               const MarkerOptions& options) {
   if (Status s = options.config.validate(); !s.ok()) return s;
   if (Status s = body.validate(); !s.ok()) return s;
   if (finder == nullptr) return Status(StatusCode::invalid_argument, "a marker needs a finder of its body");
   bool any = body.ball.has_value();
   for (const MarkerFace& face : body.faces) any = any || !face.patches.empty();
-  if (!any) return Status(StatusCode::invalid_argument, "the body '" + body.name + "' has neither patches nor a ball: nothing tells light");
+  if (!any)
+    return Status(StatusCode::invalid_argument,
+                  "the body '" + body.name + "' has neither patches nor a ball: nothing tells light");
   Result<RigTable> table = make_rig_table(rig);
   if (!table) return table.status();
-  return std::unique_ptr<MarkerEstimator>(std::make_unique<Marker>(rig, std::move(*table), body, std::move(finder), options));
+  return std::unique_ptr<MarkerEstimator>(
+      std::make_unique<Marker>(rig, std::move(*table), body, std::move(finder), options));
 }
 
 }  // namespace lightwell

@@ -1,9 +1,9 @@
 #include "estimate/marker/marker_geometry.hpp"
 
-#include "estimate/marker/directions.hpp"
-
 #include <cmath>
 #include <numbers>
+
+#include "estimate/marker/directions.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -19,7 +19,8 @@ constexpr int kBallPoints = 48;
 
 Vec3d center_of(const MarkerBody& body) { return body.ball ? body.ball->center : Vec3d{}; }
 
-PlacedBody::PlacedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model, const Pose& probe_body)
+PlacedBody::PlacedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model,
+                       const Pose& probe_body)
     : body_(body),
       model_(model),
       probe_body_(probe_body),

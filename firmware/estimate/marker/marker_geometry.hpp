@@ -25,7 +25,9 @@ class PlacedBody {
   /// Axes of the probe, from the body's centre, m.
   [[nodiscard]] Vec3d at(Vec3d point_of_body) const { return rotate(probe_body_.rotation, point_of_body - center_); }
   [[nodiscard]] Vec3d normal_of(const MarkerFace& face) const;
-  [[nodiscard]] Vec3d point_of(const MarkerFace& face, FacePoint p) const { return at(transformed(face.body_face, {p.x, p.y, 0})); }
+  [[nodiscard]] Vec3d point_of(const MarkerFace& face, FacePoint p) const {
+    return at(transformed(face.body_face, {p.x, p.y, 0}));
+  }
   /// Where the lens is, from the body's centre.
   [[nodiscard]] Vec3d lens() const { return lens_; }
   /// Of a point relative to the body's centre. Nothing where the lens does not see it.
@@ -33,8 +35,8 @@ class PlacedBody {
   /// Points whose convex hull is the body, relative to its centre.
   [[nodiscard]] const std::vector<Vec3d>& hull() const { return hull_; }
 
-  /// The plane that it stands on, without samples: its ball's sheet; else that of the face that looks down most, within 50 degrees of it
-  /// and with the lens above. `up`: probe frame. Nothing where there is none.
+  /// The plane that it stands on, without samples: its ball's sheet; else that of the face that looks down most, within
+  /// 50 degrees of it and with the lens above. `up`: probe frame. Nothing where there is none.
   [[nodiscard]] std::optional<Table> table(Vec3d up) const;
 
  private:

@@ -54,7 +54,8 @@ Surfaces surfaces_of(std::span<const SurfaceSample> samples) {
   for (Eigen::VectorXd& of_channel : out.irradiance) of_channel.resize(static_cast<Eigen::Index>(sums.size()));
   for (std::size_t i = 0; i < sums.size(); ++i) {
     out.normals.push_back(sums[i].normal);
-    for (std::size_t c = 0; c < 3; ++c) out.irradiance[c][static_cast<Eigen::Index>(i)] = sums[i].irradiance[c] / sums[i].count;
+    for (std::size_t c = 0; c < 3; ++c)
+      out.irradiance[c][static_cast<Eigen::Index>(i)] = sums[i].irradiance[c] / sums[i].count;
   }
   return out;
 }
@@ -71,7 +72,8 @@ Eigen::MatrixXd cosines(const std::vector<Vec3d>& normals) {
 ///   sum x(mu) dw - mu . e + |sigma mu|^2 / 2,   x = exp(cosines' mu) / pi,
 /// whose gradient is what x makes of the surfaces less what they get, as far as sigma lets it.
 Eigen::ArrayXd most_even(const Eigen::MatrixXd& cosines, const Eigen::VectorXd& e, const ErrorModel& errors) {
-  const Eigen::ArrayXd variance = (errors.surface_share * e.array()).square() + std::pow(errors.surface_floor * e.maxCoeff(), 2);
+  const Eigen::ArrayXd variance =
+      (errors.surface_share * e.array()).square() + std::pow(errors.surface_floor * e.maxCoeff(), 2);
   const auto radiance = [&](const Eigen::VectorXd& mu) -> Eigen::ArrayXd {
     return (cosines.transpose() * mu).array().exp() / std::numbers::pi;
   };
@@ -161,7 +163,8 @@ std::optional<EvenLight> most_even_light(std::span<const SurfaceSample> samples,
     }
   }
   for (std::size_t i = 0; i < count; ++i)
-    out.radiance.c[i] = {static_cast<float>(sums[0][i]), static_cast<float>(sums[1][i]), static_cast<float>(sums[2][i])};
+    out.radiance.c[i] = {static_cast<float>(sums[0][i]), static_cast<float>(sums[1][i]),
+                         static_cast<float>(sums[2][i])};
   return out;
 }
 

@@ -1,10 +1,10 @@
-// Light of which nobody knows where it comes from. Few faces are lit alike by many lights; of all that explain them this is the one that is
-// most even over the directions: it makes no lamp where none has to be, never takes light away, and stays near what was seen where normals
-// lie between those that were.
+// Light of which nobody knows where it comes from. Few faces are lit alike by many lights; of all that explain them
+// this is the one that is most even over the directions: it makes no lamp where none has to be, never takes light away,
+// and stays near what was seen where normals lie between those that were.
 //
-// Radiance x(d) = m exp(sum over surfaces of mu max(0, n . d)), m even: the largest entropy relative to m of all whose irradiances are the
-// surfaces' up to their errors (Jaynes 1957, "Information theory and statistical mechanics"; with errors: Skilling & Bryan 1984). mu is the
-// minimum of a convex function of as many numbers as there are surfaces.
+// Radiance x(d) = m exp(sum over surfaces of mu max(0, n . d)), m even: the largest entropy relative to m of all whose
+// irradiances are the surfaces' up to their errors (Jaynes 1957, "Information theory and statistical mechanics"; with
+// errors: Skilling & Bryan 1984). mu is the minimum of a convex function of as many numbers as there are surfaces.
 //   EvenLight, most_even_light
 #pragma once
 
@@ -22,7 +22,8 @@ namespace lightwell::marker {
 struct EvenLight {
   /// Probe's axes, units of the samples' irradiance a steradian; without what `lamps` has.
   RadianceSh radiance;
-  /// Irradiance at normal incidence of what stands out of its surroundings about each direction that was asked for, in their order.
+  /// Irradiance at normal incidence of what stands out of its surroundings about each direction that was asked for, in
+  /// their order.
   std::vector<Rgb> lamps;
 };
 

@@ -29,8 +29,7 @@ double contrast_of(const std::optional<Table>& table) {
 }  // namespace
 
 Observations::Observations(const Shading& shading, const ErrorModel& errors)
-    : channels_(shading.channels),
-      samples_(shading.samples) {
+    : channels_(shading.channels), samples_(shading.samples) {
   if (shading.table && !shading.table->samples.empty()) table_.emplace(*shading.table, errors);
   std::stable_sort(samples_.begin(), samples_.end(),
                    [](const SurfaceSample& a, const SurfaceSample& b) { return a.surface < b.surface; });
@@ -53,7 +52,8 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
       brightest_[channel] = std::max(brightest_[channel], means.back());
     }
     mean_[channel] = n > 0 ? sum / n : 0;
-    if (!means.empty()) brightest_[channel] = std::max(brightest_[channel], contrast * *std::min_element(means.begin(), means.end()));
+    if (!means.empty())
+      brightest_[channel] = std::max(brightest_[channel], contrast * *std::min_element(means.begin(), means.end()));
     const double floor = errors.surface_floor * brightest_[channel];
     root_weight_[channel].resize(n);
     together_[channel].resize(n);

@@ -2,11 +2,12 @@
 //   Observations   the faces' irradiance and the table's radiance, whitened
 //
 // Samples of one surface share an error (its attitude, its paper, light from its neighbours): their covariance is
-// D + s² 1 1', D diagonal. With z = D^-1/2 x and t = s D^-1/2 1, its inverse root makes z - t (t'z) (1 - 1 / sqrt(1 + t't)) / t't.
+// D + s² 1 1', D diagonal. With z = D^-1/2 x and t = s D^-1/2 1, its inverse root makes z - t (t'z) (1 - 1 / sqrt(1 +
+// t't)) / t't.
 #pragma once
 
-#include <cstddef>
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -21,11 +22,11 @@ namespace lightwell::marker {
 struct TableObservations {
   Vec3d point, normal;
   double step_m = 0;
-  Eigen::ArrayXd x, y, z;   ///< Where they are.
-  Eigen::ArrayXd u, v;      ///< In tangent_basis(normal), from `point`.
-  Eigen::ArrayXd open;      ///< Share of the light from all around that reaches them.
+  Eigen::ArrayXd x, y, z;  ///< Where they are.
+  Eigen::ArrayXd u, v;     ///< In tangent_basis(normal), from `point`.
+  Eigen::ArrayXd open;     ///< Share of the light from all around that reaches them.
   Eigen::ArrayXd radiance;
-  Eigen::ArrayXd weight;    ///< One over the standard deviation.
+  Eigen::ArrayXd weight;  ///< One over the standard deviation.
 
   TableObservations(const Table& table, const ErrorModel& errors);
   [[nodiscard]] Eigen::Index size() const { return x.size(); }
@@ -40,8 +41,9 @@ class Observations {
   [[nodiscard]] int samples() const { return static_cast<int>(samples_.size()); }
   [[nodiscard]] int channels() const { return channels_; }
   [[nodiscard]] const std::vector<SurfaceSample>& of_faces() const { return samples_; }
-  /// What the strongest light gives to whom it meets straight, about: the largest mean of a surface, or where the table is that much brighter outside
-  /// of its shadow, as much more than the darkest. And the mean over all samples. Of a channel.
+  /// What the strongest light gives to whom it meets straight, about: the largest mean of a surface, or where the table
+  /// is that much brighter outside of its shadow, as much more than the darkest. And the mean over all samples. Of a
+  /// channel.
   [[nodiscard]] double brightest(int channel) const { return brightest_[static_cast<std::size_t>(channel)]; }
   [[nodiscard]] double mean(int channel) const { return mean_[static_cast<std::size_t>(channel)]; }
 

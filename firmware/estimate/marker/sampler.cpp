@@ -73,11 +73,13 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   PlaneSums plane;
   double sum[3] = {0, 0, 0}, variance = 0, bias = 0, clipped = 0;
   double first_x = 0, first_y = 0, mean_x = 0, mean_y = 0;
-  const int top = std::max(0, static_cast<int>(std::ceil(lowest))), bottom = std::min(height_ - 1, static_cast<int>(std::floor(highest)));
+  const int top = std::max(0, static_cast<int>(std::ceil(lowest))),
+            bottom = std::min(height_ - 1, static_cast<int>(std::floor(highest)));
   for (int y = top; y <= bottom; ++y) {
     const auto [from, to] = outline_.inside_at(y, options_.margin_px);
     if (!(from <= to)) continue;
-    const int first = std::max(0, static_cast<int>(std::ceil(from))), end = std::min(width_, static_cast<int>(std::floor(to)) + 1);
+    const int first = std::max(0, static_cast<int>(std::ceil(from))),
+              end = std::min(width_, static_cast<int>(std::floor(to)) + 1);
     if (first >= end) continue;
     reader_->read(lens_, y, first, end, estimate::RowReader::Reading::with_errors, row_, reading_);
     if (plane.n == 0) first_x = first, first_y = y;
@@ -133,8 +135,9 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PlacedBody& placed
     patch_.corners.clear();
     for (int k = 0; k < kBallCorners; ++k) {
       const double a = 2 * std::numbers::pi * k / kBallCorners;
-      patch_.corners.push_back((normal * std::cos(kBallPatchRadius) + (u * std::cos(a) + v * std::sin(a)) * std::sin(kBallPatchRadius)) *
-                               radius);
+      patch_.corners.push_back(
+          (normal * std::cos(kBallPatchRadius) + (u * std::cos(a) + v * std::sin(a)) * std::sin(kBallPatchRadius)) *
+          radius);
     }
     patch_.normal = normal;
     sample_patch(patch_, out);
@@ -170,7 +173,8 @@ void MarkerSampler::sample_table(Shading& out) {
       Rgb color{};
       bool good = true;
       for (int k = 0; k < kTablePoints * kTablePoints && good; ++k) {
-        const double dx = ((k % kTablePoints + 0.5) / kTablePoints - 0.5) * step, dy = ((k / kTablePoints + 0.5) / kTablePoints - 0.5) * step;
+        const double dx = ((k % kTablePoints + 0.5) / kTablePoints - 0.5) * step,
+                     dy = ((k / kTablePoints + 0.5) / kTablePoints - 0.5) * step;
         const std::optional<PixelPosition> p = placed_->pixel_of(sample.position + u * dx + v * dy);
         good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
                outline_.outside(p->x, p->y) > 2 * options_.margin_px;
@@ -208,7 +212,8 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
     if (facing >= options_.flattest) faces_.push_back({f, facing});
   }
   const auto most = options_.most_faces > 0 ? static_cast<std::size_t>(options_.most_faces) : faces_.size();
-  std::stable_sort(faces_.begin(), faces_.end(), [](const SeenFace& a, const SeenFace& b) { return a.facing > b.facing; });
+  std::stable_sort(faces_.begin(), faces_.end(),
+                   [](const SeenFace& a, const SeenFace& b) { return a.facing > b.facing; });
   std::size_t kept = 0;
   for (std::size_t k = 0; k < faces_.size() && kept < most; ++k) {
     const MarkerFace& face = body.faces[faces_[k].number];

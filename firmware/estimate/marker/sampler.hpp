@@ -20,12 +20,13 @@ struct SamplerOptions {
   double margin_px = 1.5;
   /// Faces seen flatter than this are not looked at: cosine of the angle to their normal.
   double flattest = 0.12;
-  /// Only so many faces are sampled, those that face the lens most; 0: all that it sees. The table is sampled either way.
-  /// Fewer take less time, and tell less: light that falls along one face alone has no direction of its own.
+  /// Only so many faces are sampled, those that face the lens most; 0: all that it sees. The table is sampled either
+  /// way. Fewer take less time, and tell less: light that falls along one face alone has no direction of its own.
   int most_faces = 0;
   /// Pixels that a patch must have left.
   int fewest_pixels = 12;
-  /// What stands over a patch in part (a shadow's edge, another object) makes it uneven: left out from this share of its mean on.
+  /// What stands over a patch in part (a shadow's edge, another object) makes it uneven: left out from this share of
+  /// its mean on.
   double uneven = 0.10;
   /// Samples of the table.
   int table_samples = 400;
@@ -34,26 +35,28 @@ struct SamplerOptions {
 
 /// What sampling found besides.
 struct SampleCounts {
-  int patches = 0;  ///< On faces that the lens sees and that were asked for.
-  int clipped = 0;  ///< Left out for saturated pixels.
-  int uneven = 0;   ///< Left out because something lies over a part of them.
-  int small = 0;    ///< Left out because too few pixels are inside.
-  int faces = 0;    ///< With a sample.
+  int patches = 0;            ///< On faces that the lens sees and that were asked for.
+  int clipped = 0;            ///< Left out for saturated pixels.
+  int uneven = 0;             ///< Left out because something lies over a part of them.
+  int small = 0;              ///< Left out because too few pixels are inside.
+  int faces = 0;              ///< With a sample.
   std::uint64_t cleaned = 0;  ///< Pixels that were read and are no number, or negative.
-  int covered = 0;  ///< Left out with their face, whose tag is not where it should be.
-  double darkest = 0, brightest = 0;  ///< Mean luminance of a patch's radiance, least and largest, clipped ones included.
+  int covered = 0;            ///< Left out with their face, whose tag is not where it should be.
+  double darkest = 0,
+         brightest = 0;  ///< Mean luminance of a patch's radiance, least and largest, clipped ones included.
   /// Mean luminance of what rounding and noise may hide near black, over patches.
   double hidden = 0;
 };
 
-/// The reader is bound to the frames. Radiance is in the reader's units times `scale`. Holds memory from frame to frame.
+/// The reader is bound to the frames. Radiance is in the reader's units times `scale`. Holds memory from frame to
+/// frame.
 class MarkerSampler {
  public:
   MarkerSampler(int widest, const SamplerOptions& options);
 
   /// Fills `out`. `channels`: 1 where the camera is grey.
-  SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body, const PlacedBody& placed,
-                      double scale, int channels, Shading& out);
+  SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
+                      const PlacedBody& placed, double scale, int channels, Shading& out);
 
  private:
   struct Patch {
@@ -66,7 +69,8 @@ class MarkerSampler {
     std::size_t number = 0;
     double facing = 0;  // cosine of the angle between its normal and the way to the lens
   };
-  /// Fills faces_, in the body's order. Faces whose tag is not where it should be are counted as covered; the next takes their place.
+  /// Fills faces_, in the body's order. Faces whose tag is not where it should be are counted as covered; the next
+  /// takes their place.
   void choose_faces(const MarkerBody& body);
   void sample_patch(const Patch& patch, Shading& out);
   void sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out);

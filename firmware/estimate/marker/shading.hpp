@@ -24,7 +24,8 @@ struct SurfaceSample {
   Vec3d normal;    ///< Unit, outwards.
   Rgb irradiance;  ///< pi * radiance / albedo.
   Rgb sigma;       ///< Standard deviation of what is this sample's alone: noise of the sensor, texture of the paper.
-  int surface = 0;  ///< Samples of one surface share an error too: of its attitude, its paper, light from its neighbours.
+  int surface =
+      0;  ///< Samples of one surface share an error too: of its attitude, its paper, light from its neighbours.
   Rgb from_table{};  ///< What of the irradiance comes from the table, if what is seen around the body is one.
 };
 
@@ -40,7 +41,7 @@ struct TableSample {
 /// The plane that the body stands on.
 struct Table {
   Vec3d point;
-  Vec3d normal;  ///< Unit, to the body's side.
+  Vec3d normal;       ///< Unit, to the body's side.
   double step_m = 0;  ///< Between neighbouring samples.
   std::vector<TableSample> samples;
 };

@@ -15,10 +15,12 @@ namespace lightwell::marker {
 /// Holds memory, so that one lamp after the other is tried without allocation.
 class Shadow {
  public:
-  /// Irradiance of each sample of the table by a lamp at direction / inverse_distance (1/m; 0: infinitely far) whose irradiance in the body's
-  /// centre is one: cosine, falloff, and the share of the lamp that is seen past the body, a ramp as wide as a sample and a penumbra of a twentieth
-  /// of the body's height. Where the lamp is below the table: all dark, false.
-  bool light(const TableObservations& table, std::span<const Vec3d> hull, Vec3d direction, double inverse_distance, Eigen::ArrayXd& out);
+  /// Irradiance of each sample of the table by a lamp at direction / inverse_distance (1/m; 0: infinitely far) whose
+  /// irradiance in the body's centre is one: cosine, falloff, and the share of the lamp that is seen past the body, a
+  /// ramp as wide as a sample and a penumbra of a twentieth of the body's height. Where the lamp is below the table:
+  /// all dark, false.
+  bool light(const TableObservations& table, std::span<const Vec3d> hull, Vec3d direction, double inverse_distance,
+             Eigen::ArrayXd& out);
 
  private:
   ConvexOutline outline_;

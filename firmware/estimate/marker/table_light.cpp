@@ -30,10 +30,13 @@ std::vector<Part> whole_table(const Table& table) {
   std::vector<const TableSample*> at(static_cast<std::size_t>(edge * edge), nullptr);
   std::array<Rgb, kRings> sum{};
   std::array<double, kRings> count{};
-  const auto ring_of = [&](double distance) { return std::min(kRings - 1, static_cast<int>(distance / (reach + step) * kRings)); };
+  const auto ring_of = [&](double distance) {
+    return std::min(kRings - 1, static_cast<int>(distance / (reach + step) * kRings));
+  };
   for (const TableSample& s : table.samples) {
     const Vec3d from = s.position - foot;
-    const int column = static_cast<int>(std::lround(dot(from, u) / step)) + across, row = static_cast<int>(std::lround(dot(from, v) / step)) + across;
+    const int column = static_cast<int>(std::lround(dot(from, u) / step)) + across,
+              row = static_cast<int>(std::lround(dot(from, v) / step)) + across;
     if (column >= 0 && row >= 0 && column < edge && row < edge) at[static_cast<std::size_t>(row * edge + column)] = &s;
     const auto ring = static_cast<std::size_t>(ring_of(length(from)));
     count[ring] += 1;

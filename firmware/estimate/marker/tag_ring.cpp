@@ -23,8 +23,8 @@ constexpr double kDark = 3;
 
 }  // namespace
 
-Ring look_for_ring(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width, int height, const MarkerBody& body,
-                   const MarkerFace& face, const PlacedBody& placed) {
+Ring look_for_ring(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width, int height,
+                   const MarkerBody& body, const MarkerFace& face, const PlacedBody& placed) {
   if (body.tag_family != "tag36h11") return Ring::cannot_tell;
   struct Look {
     double light = 0, variance = 0, bias = 0;
@@ -45,7 +45,10 @@ Ring look_for_ring(estimate::RowReader& reader, estimate::LinearRow& row, int le
   for (int side = 0; side < 4; ++side) {
     for (int k = 0; k < kPlaces; ++k) {
       const double along = ((k + 0.5) / kPlaces - 0.5) * 2 * ring, sign = side < 2 ? 1 : -1;
-      const auto at = [&](double out) { return placed.pixel_of(placed.point_of(face, side % 2 == 0 ? FacePoint{sign * out, along} : FacePoint{along, sign * out})); };
+      const auto at = [&](double out) {
+        return placed.pixel_of(
+            placed.point_of(face, side % 2 == 0 ? FacePoint{sign * out, along} : FacePoint{along, sign * out}));
+      };
       const std::optional<PixelPosition> inner = at(ring), outer = at(rim);
       if (!inner || !outer || std::hypot(inner->x - outer->x, inner->y - outer->y) < kApart) continue;
       const std::optional<Look> black = look(*inner), white = look(*outer);

@@ -15,12 +15,14 @@ BlockFlood::BlockFlood(const RigTable& table, const BlockLayout& layout, const C
     for (int y = p.y; y < p.y + p.height; ++y) {
       for (int x = p.x; x < p.x + p.width; ++x) {
         const bool rim = x == p.x || y == p.y || x == p.x + p.width - 1 || y == p.y + p.height - 1;
-        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
+        const std::size_t i =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
         if (!rim && (lens.twin.empty() || lens.twin[i] < 0)) continue;
         pixels.for_neighbours({p.lens, x, y}, [&](BrightPixels::Place n, BrightPixels::Id) {
           const auto other = static_cast<std::uint32_t>(layout.block_of(n.lens, n.x, n.y));
           // Those that no lens sees hold no light and tell nothing of what is beside one.
-          if (other != block && grid.solid_angle(other) > 0 && std::find(found.begin(), found.end(), other) == found.end())
+          if (other != block && grid.solid_angle(other) > 0 &&
+              std::find(found.begin(), found.end(), other) == found.end())
             found.push_back(other);
         });
       }

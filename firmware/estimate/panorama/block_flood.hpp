@@ -31,8 +31,8 @@ class BlockFlood {
              const BrightPixels& pixels);
 
   /// Fills blocks() with those connected to `block` (itself first) whose peak is at least `floor` and whose middle is
-  /// within `cos_reach` of `axis`, but for those that taken(block) holds back. Returns their luminance together, over that
-  /// of the darkest block around them.
+  /// within `cos_reach` of `axis`, but for those that taken(block) holds back. Returns their luminance together, over
+  /// that of the darkest block around them.
   template <class Taken>
   double run(std::uint32_t block, float floor, Vec3f axis, float cos_reach, Taken&& taken);
 

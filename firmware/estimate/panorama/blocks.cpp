@@ -46,7 +46,8 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
         const float* solid_angle = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
         const auto depth = static_cast<float>(y - top);
         // Floats without doubt and without nonsense need no row of their own.
-        const FloatColumns columns{r_.data() + first, g_.data() + first, b_.data() + first, low_.data() + first, peak_.data() + first};
+        const FloatColumns columns{r_.data() + first, g_.data() + first, b_.data() + first, low_.data() + first,
+                                   peak_.data() + first};
         if (const std::byte* floats = reader.floats(lens, y, span.first);
             floats != nullptr &&
             add_float_row(floats, solid_angle, n, reader.scale_of_floats(), RowReader::kBrightest, depth, columns))

@@ -14,17 +14,17 @@ namespace lightwell::estimate {
 
 /// What the pass leaves of a bracket.
 struct BlockSums {
-  std::vector<CellSum> sum;         ///< Integral of radiance over each block's solid angle.
-  std::vector<float> peak;          ///< Largest luminance of a pixel with solid angle.
-  double clipped_sr = 0;            ///< Solid angle saturated in every exposure.
-  double noise = 0;                 ///< Sum of solid_angle² times the variance of radiance.
-  double bias = 0;                  ///< Sum of solid_angle times what rounding and black may hide, all one way.
+  std::vector<CellSum> sum;  ///< Integral of radiance over each block's solid angle.
+  std::vector<float> peak;   ///< Largest luminance of a pixel with solid angle.
+  double clipped_sr = 0;     ///< Solid angle saturated in every exposure.
+  double noise = 0;          ///< Sum of solid_angle² times the variance of radiance.
+  double bias = 0;           ///< Sum of solid_angle times what rounding and black may hide, all one way.
   /// Where the luminance of each block sits, in pixels from the middle of its solid angle.
   std::vector<float> offset_x, offset_y;
   /// By block, how many of the shortest exposures its light is of; only BracketPass fills it.
   std::vector<std::uint8_t> exposures;
-  /// Luminance, integrated over solid angle, of blocks where something moved between the exposures: what the block gives
-  /// or by how much the exposures differ, whichever is more.
+  /// Luminance, integrated over solid angle, of blocks where something moved between the exposures: what the block
+  /// gives or by how much the exposures differ, whichever is more.
   double moved_light = 0;
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
   ReadingCounts counts;

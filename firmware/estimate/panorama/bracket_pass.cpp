@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <lightwell/color.hpp>
 #include <utility>
+
+#include <lightwell/color.hpp>
 
 #include "calibration/response.hpp"
 #include "estimate/panorama/kernels/ycbcr_planes.hpp"
@@ -69,8 +70,8 @@ CodeWorth worth_of(const PhotometricCalibration& p, int levels) {
   return w;
 }
 
-/// Rows of many exposures are too many streams, each too short, for the processor to foresee. `ahead` may lead beyond the
-/// picture.
+/// Rows of many exposures are too many streams, each too short, for the processor to foresee. `ahead` may lead beyond
+/// the picture.
 void fetch(const std::uint8_t* at, std::ptrdiff_t ahead, std::size_t bytes) {
   const std::uintptr_t from = reinterpret_cast<std::uintptr_t>(at) + static_cast<std::uintptr_t>(ahead);
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(reinterpret_cast<const void*>(from + i));
@@ -104,7 +105,8 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
     float sum = 0, pixels = 0;
     for (int y = p.y; y < p.y + p.height; ++y) {
       for (int x = p.x; x < p.x + p.width; ++x) {
-        const float sr = lens.solid_angle[static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x)];
+        const float sr = lens.solid_angle[static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) +
+                                          static_cast<std::size_t>(x)];
         sum += sr;
         pixels += sr > 0 ? 1.0F : 0.0F;
       }
@@ -113,7 +115,13 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
   }
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& p = lens.photometry;
-    LensPlan plan{worth_of(p, 256), worth_of(p, 1024), worth_of(p, 4096), {}, p.response.kind == ResponseCurve::Kind::linear, false, {}};
+    LensPlan plan{worth_of(p, 256),
+                  worth_of(p, 1024),
+                  worth_of(p, 4096),
+                  {},
+                  p.response.kind == ResponseCurve::Kind::linear,
+                  false,
+                  {}};
     for (std::size_t c = 0; c < 3; ++c) plan.white[c] = static_cast<float>(p.white_balance[c]);
     lenses_.push_back(std::move(plan));
   }
@@ -202,11 +210,13 @@ void BracketPass::sum(const Chunk& chunk, int count) {
   const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
   const auto width = static_cast<std::size_t>(lens.width);
   const int per = is_bayer(format_) ? 2 : 1;
-  const auto first = static_cast<std::size_t>(chunk.begin / per), length = static_cast<std::size_t>((chunk.end - chunk.begin) / per);
+  const auto first = static_cast<std::size_t>(chunk.begin / per),
+             length = static_cast<std::size_t>((chunk.end - chunk.begin) / per);
   const int edge = layout_.edge() / per;
   const auto blocks = (length + static_cast<std::size_t>(edge) - 1) / static_cast<std::size_t>(edge);
   const std::size_t room = blocks * static_cast<std::size_t>(edge);
-  for (float* column : {columns_.r, columns_.g, columns_.b, columns_.low, columns_.peak, columns_.noise, columns_.bias, columns_.clipped})
+  for (float* column : {columns_.r, columns_.g, columns_.b, columns_.low, columns_.peak, columns_.noise, columns_.bias,
+                        columns_.clipped})
     std::fill_n(column + first, room, 0.0F);
   for (std::size_t k = 0; k + 1 < static_cast<std::size_t>(count); ++k) {
     std::fill_n(columns_.differ[k] + first, room, 0.0F);
@@ -216,8 +226,8 @@ void BracketPass::sum(const Chunk& chunk, int count) {
   BracketRow row;
   row.source = format_ == PixelFormat::rgb8 ? plan.linear ? BracketSource::linear8 : BracketSource::interleaved8
                : format_ == PixelFormat::bayer_rggb8 ? BracketSource::mosaic8
-               : is_bayer(format_) ? BracketSource::mosaic16
-                                   : BracketSource::planes8;
+               : is_bayer(format_)                   ? BracketSource::mosaic16
+                                                     : BracketSource::planes8;
   row.worth = &worth_for(chunk.lens);
   row.count = count;
   row.deviations = row.source == BracketSource::planes8 ? kChromaDeviations : kDeviations;
@@ -295,7 +305,9 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   const auto stride = static_cast<std::ptrdiff_t>(view.stride);
   std::uint8_t* first = planes_.data() + k * kPlaneRows * width;
   const auto plane = [&](int row, std::size_t c) { return first + (4 * static_cast<std::size_t>(row) + c) * width; };
-  const auto planes = [&](int row) { return PlaneRow{plane(row, 0) + from, plane(row, 1) + from, plane(row, 2) + from}; };
+  const auto planes = [&](int row) {
+    return PlaneRow{plane(row, 0) + from, plane(row, 1) + from, plane(row, 2) + from};
+  };
   const unsigned saturated_from = worth_for(chunk.lens).saturated_from;
   const bool quads = format_ == PixelFormat::nv12;
   const int row = quads ? y % 2 : 0;

@@ -1,12 +1,13 @@
-// The pass over brackets of integer codes: exposures are merged pixel by pixel by their noise, and where something moved
-// between them, only those are that tell of one moment.
+// The pass over brackets of integer codes: exposures are merged pixel by pixel by their noise, and where something
+// moved between them, only those are that tell of one moment.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <lightwell/calibration.hpp>
 #include <span>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
 
 #include "calibration/lens_table.hpp"
 #include "camera/frame.hpp"
@@ -17,11 +18,11 @@ namespace lightwell::estimate {
 
 /// Fills the same BlockSums as BlockPass, many times faster, and looks for motion besides.
 ///
-/// Motion: exposures are put in order, shortest first, and each is held against the next longer one, block by block: what
-/// the two tell of the luminance of the pixels that both tell may differ by three deviations of a pixel each and 2 %; and
-/// what is saturated in the longer one must be half as bright in the shorter one at least. A block takes the exposures up
-/// to the first that contradicts the one before. The shortest is always among them, as it alone tells of what gives most
-/// of the light: so all lamps are seen at one moment, and none twice or not at all.
+/// Motion: exposures are put in order, shortest first, and each is held against the next longer one, block by block:
+/// what the two tell of the luminance of the pixels that both tell may differ by three deviations of a pixel each and 2
+/// %; and what is saturated in the longer one must be half as bright in the shorter one at least. A block takes the
+/// exposures up to the first that contradicts the one before. The shortest is always among them, as it alone tells of
+/// what gives most of the light: so all lamps are seen at one moment, and none twice or not at all.
 class BracketPass {
  public:
   /// `blocks` knows the middles of the blocks of `layout`; all must live as long as this.
@@ -36,8 +37,8 @@ class BracketPass {
   struct LensPlan {
     CodeWorth worth8, worth10, worth12;
     std::array<float, 3> white{1, 1, 1};
-    bool linear = false;  ///< Codes are.
-    bool seen = false;  ///< By the bracket at hand.
+    bool linear = false;                 ///< Codes are.
+    bool seen = false;                   ///< By the bracket at hand.
     std::array<View, kMaxBracket> view;  ///< Shortest first.
   };
   /// Columns of pixels of one lens that are worked on together: whole blocks.

@@ -1,14 +1,15 @@
 #include "estimate/panorama/bright_pixels.hpp"
 
 #include <algorithm>
+
 #include <lightwell/color.hpp>
 
 namespace lightwell::estimate {
 namespace {
 
 constexpr std::size_t kMostBlocks = 2048;
-/// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees but
-/// a part of itself: the other lens tells it.
+/// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees
+/// but a part of itself: the other lens tells it.
 constexpr double kLeastShare = 0.1;
 
 }  // namespace

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <lightwell/geometry.hpp>
 #include <vector>
 
+#include <lightwell/geometry.hpp>
+
 #include "calibration/lens_table.hpp"
-#include "estimate/panorama/blocks.hpp"
 #include "estimate/common/row_reader.hpp"
+#include "estimate/panorama/blocks.hpp"
 
 namespace lightwell::estimate {
 
@@ -56,7 +57,9 @@ class BrightPixels {
     return &at(slot, p);
   }
 
-  [[nodiscard]] Id id(Place p) const { return lens_first_[static_cast<std::size_t>(p.lens)] + static_cast<Id>(index(p)); }
+  [[nodiscard]] Id id(Place p) const {
+    return lens_first_[static_cast<std::size_t>(p.lens)] + static_cast<Id>(index(p));
+  }
   [[nodiscard]] Vec3f direction(const Pixel& pixel) const {
     return lens(pixel.place).direction[pixel.id - lens_first_[static_cast<std::size_t>(pixel.place.lens)]];
   }
@@ -67,8 +70,9 @@ class BrightPixels {
   /// counts, but does not tell where the light is.
   [[nodiscard]] bool at_edge(Place place) const;
 
-  /// Calls `visit(place, id)` for the eight pixels around, across seam and poles, and for the nine of the other lens about
-  /// the one that sees the same direction: what is bright in both need not be brightest in pixels of one direction.
+  /// Calls `visit(place, id)` for the eight pixels around, across seam and poles, and for the nine of the other lens
+  /// about the one that sees the same direction: what is bright in both need not be brightest in pixels of one
+  /// direction.
   template <class Visit>
   void for_neighbours(Place p, Visit&& visit) const;
 

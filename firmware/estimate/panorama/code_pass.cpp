@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include <lightwell/color.hpp>
 
 #include "calibration/response.hpp"
@@ -44,7 +45,9 @@ void CodePass::Codes::resize(std::size_t blocks) {
 }
 
 BlockCodes CodePass::Codes::at_first() {
-  const auto of = [](std::array<std::vector<float>, 3>& c) { return std::array{c[0].data(), c[1].data(), c[2].data()}; };
+  const auto of = [](std::array<std::vector<float>, 3>& c) {
+    return std::array{c[0].data(), c[1].data(), c[2].data()};
+  };
   return {of(sum), of(across), of(down), of(top), clipped.data()};
 }
 
@@ -82,7 +85,8 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   plan.clipped12 = saturated_from(photometry, 4096);
   plan.read2 = static_cast<float>(photometry.read_noise * photometry.read_noise);
   plan.shot = static_cast<float>(photometry.shot_noise);
-  plan.cut_noise = photometry.black_level < 2 * photometry.read_noise ? static_cast<float>(photometry.read_noise) : 0.0F;
+  plan.cut_noise =
+      photometry.black_level < 2 * photometry.read_noise ? static_cast<float>(photometry.read_noise) : 0.0F;
   for (std::size_t c = 0; c < 3; ++c) plan.white[c] = static_cast<float>(photometry.white_balance[c]);
   lenses_.push_back(std::move(plan));
 }
@@ -153,13 +157,14 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       for (int y = 0; y < rows; y += 2) {
         // Blocks begin at even rows; of an odd height the last row has its chroma for itself.
         const int below = std::min(y + 1, rows - 1);
-        planes_of_nv12(line(y) + at, line(below) + at, bytes(view, static_cast<std::size_t>(view.height + (top + y) / 2)) + at, count,
-                       plane(y), plane(below));
+        planes_of_nv12(line(y) + at, line(below) + at,
+                       bytes(view, static_cast<std::size_t>(view.height + (top + y) / 2)) + at, count, plane(y),
+                       plane(below));
       }
     }
     for (std::size_t c = 0; c < 3; ++c)
-      sum_codes({planes_.data() + c * kMostRows * kChunk, kChunk, rows, table, plan.clipped8}, weights + within, s.count,
-                count, groups_[c].at(at));
+      sum_codes({planes_.data() + c * kMostRows * kChunk, kChunk, rows, table, plan.clipped8}, weights + within,
+                s.count, count, groups_[c].at(at));
   }
 }
 
@@ -238,16 +243,23 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
     // The last block of a row may be narrower.
     for (std::size_t lane = row_lanes; lane < end; ++lane)
       group.sum[lane] = group.early[lane] = group.peak[lane] = group.clipped[lane] = 0;
-    sum_blocks(group.at(begin), static_cast<int>(channels), static_cast<int>(columns), blocks, group.across.data() + begin);
+    sum_blocks(group.at(begin), static_cast<int>(channels), static_cast<int>(columns), blocks,
+               group.across.data() + begin);
   }
 
   const bool words = view.format == PixelFormat::bayer_rggb10 || view.format == PixelFormat::bayer_rggb12;
   const float top_code = view.format == PixelFormat::bayer_rggb10 ? 1023 : words ? 4095 : 255;
   const unsigned clipped_from = !words ? plan.clipped8 : top_code == 1023 ? plan.clipped10 : plan.clipped12;
   switch (lanes) {
-    case Lanes::interleaved: take_codes<Lanes::interleaved>(plan, rows, begin, columns, blocks, clipped_from); break;
-    case Lanes::planar: take_codes<Lanes::planar>(plan, rows, begin, columns, blocks, clipped_from); break;
-    case Lanes::mosaic: take_codes<Lanes::mosaic>(plan, rows, begin, columns, blocks, clipped_from); break;
+    case Lanes::interleaved:
+      take_codes<Lanes::interleaved>(plan, rows, begin, columns, blocks, clipped_from);
+      break;
+    case Lanes::planar:
+      take_codes<Lanes::planar>(plan, rows, begin, columns, blocks, clipped_from);
+      break;
+    case Lanes::mosaic:
+      take_codes<Lanes::mosaic>(plan, rows, begin, columns, blocks, clipped_from);
+      break;
   }
 
   BlockRun in;
@@ -268,9 +280,9 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   in.cut_noise = plan.cut_noise;
   if (!plan.identity) in.step = plan.step8.data();
   const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
-  const BlockDoubt doubt = light_of_blocks(in, weights_.worth(block, lanes), codes_.at_first(), blocks,
-                                           {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block],
-                                            &out.clipped[block]});
+  const BlockDoubt doubt = light_of_blocks(
+      in, weights_.worth(block, lanes), codes_.at_first(), blocks,
+      {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block], &out.clipped[block]});
   out.noise += doubt.noise * radiance_per_linear * radiance_per_linear;
   out.bias += doubt.bias * radiance_per_linear;
   out.clipped_sr += doubt.clipped_sr;

@@ -1,5 +1,5 @@
-// The pass over pictures of integer codes, one exposure: rows of a block are summed for all lanes at once, in integers, and
-// what a pixel weighs (solid angle, vignetting) is put on the sums.
+// The pass over pictures of integer codes, one exposure: rows of a block are summed for all lanes at once, in integers,
+// and what a pixel weighs (solid angle, vignetting) is put on the sums.
 #pragma once
 
 #include <array>
@@ -17,14 +17,15 @@ namespace lightwell::estimate {
 
 /// Fills the same BlockSums as BlockPass, many times faster.
 ///
-/// Within a block the weight of a pixel, solid angle over vignetting, is a plane over x and y, fitted once: then sums and
-/// first moments of bare codes give the weighted sum. Where it is not (at the rim of a lens, where two lenses share what
-/// they see) each pixel has its own weight, in 8 bits.
+/// Within a block the weight of a pixel, solid angle over vignetting, is a plane over x and y, fitted once: then sums
+/// and first moments of bare codes give the weighted sum. Where it is not (at the rim of a lens, where two lenses share
+/// what they see) each pixel has its own weight, in 8 bits.
 class CodePass {
  public:
   CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout);
 
-  /// One exposure, a format of codes, wide enough for vectors, rows that lie within the data. Others go through BlockPass.
+  /// One exposure, a format of codes, wide enough for vectors, rows that lie within the data. Others go through
+  /// BlockPass.
   [[nodiscard]] bool takes(std::span<const Frame> bracket) const;
   /// The frame has passed RowReader::bind().
   void run(const Frame& frame, BlockSums& out);
@@ -40,8 +41,9 @@ class CodePass {
   struct LensPlan {
     CodeTable16 linear16;
     std::vector<float> step8;  ///< By linear value in 1/4095: how far apart its neighbouring codes are.
-    float linear_from = 0, linear_unit = 0;  ///< Linear value of code 0 and, per unit of linear16 over 65535, of the rest.
-    bool identity = false;                   ///< Codes are linear: no table is needed.
+    float linear_from = 0,
+          linear_unit = 0;  ///< Linear value of code 0 and, per unit of linear16 over 65535, of the rest.
+    bool identity = false;  ///< Codes are linear: no table is needed.
     unsigned clipped8 = 256, clipped10 = 1024, clipped12 = 4096;
     float read2 = 0, shot = 0, cut_noise = 0;
     float white[3] = {1, 1, 1};
@@ -55,8 +57,8 @@ class CodePass {
 
   void plan_lens(const PhotometricCalibration& photometry);
   void sum_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run);
-  void finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run, float radiance_per_linear,
-                  BlockSums& out);
+  void finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
+                  float radiance_per_linear, BlockSums& out);
   /// Fills codes_ with the first `blocks` blocks from lane `begin` on. `columns`: of a block's sums of a channel.
   template <Lanes lanes>
   void take_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,

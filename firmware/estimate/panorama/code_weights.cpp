@@ -30,7 +30,8 @@ CodeWeights::CodeWeights(const RigTable& table, const BlockLayout& layout)
 }
 
 CodeWeights::Worths::Worths(std::size_t blocks) {
-  for (auto* values : {&mean, &along_x, &along_y, &half_x, &total, &pixels, &per_total, &per_pixel, &brighten, &spread, &solid_angle})
+  for (auto* values :
+       {&mean, &along_x, &along_y, &half_x, &total, &pixels, &per_total, &per_pixel, &brighten, &spread, &solid_angle})
     values->resize(blocks);
   for (auto* of_lanes : {&unit, &middle_x, &middle_y})
     for (std::vector<float>& values : *of_lanes) values.resize(blocks);
@@ -40,10 +41,9 @@ BlockWorth CodeWeights::worth(std::size_t block, Lanes lanes) const {
   const auto kind = static_cast<std::size_t>(lanes);
   const auto from = [block](const std::vector<float>& all) { return all.data() + block; };
   const Worths& w = worths_;
-  return {from(w.mean),       from(w.along_x),        from(w.along_y),        from(w.half_x),
-          from(w.unit[kind]), from(w.middle_x[kind]), from(w.middle_y[kind]), from(w.total),
-          from(w.pixels),     from(w.per_total),      from(w.per_pixel),      from(w.brighten),
-          from(w.spread),     from(w.solid_angle)};
+  return {from(w.mean),           from(w.along_x),        from(w.along_y), from(w.half_x),     from(w.unit[kind]),
+          from(w.middle_x[kind]), from(w.middle_y[kind]), from(w.total),   from(w.pixels),     from(w.per_total),
+          from(w.per_pixel),      from(w.brighten),       from(w.spread),  from(w.solid_angle)};
 }
 
 void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
@@ -68,7 +68,8 @@ void CodeWeights::plan_block(int lens_number, std::size_t block) {
   const double middle_x = 0.5 * (p.width - 1), middle_y = 0.5 * (p.height - 1);
   for (int y = 0; y < p.height; ++y) {
     for (int x = 0; x < p.width; ++x) {
-      const auto i = static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + x);
+      const auto i =
+          static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + x);
       const double a = lens.solid_angle[i], w = a * lens.inverse_vignetting[i];
       seen += a > 0 ? 1 : 0;
       sr += a;
@@ -126,7 +127,8 @@ void CodeWeights::plan_weights(int lens_number, int top, WeightRun& run) {
 }
 
 /// What rounding takes from one pixel the next gets, to and fro through the block: sums and moments stay.
-void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes, const Stretch& s, std::uint8_t* weights) {
+void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes, const Stretch& s,
+                                std::uint8_t* weights) {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
   const BlockLayout::Place p = layout_.place(block);
   // A sample of a mosaic stands for the whole quad.
@@ -136,7 +138,8 @@ void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes,
     int pixels = 0;
     for (int j = y; j < std::min(y + step, p.height); ++j) {
       for (int i = x; i < std::min(x + step, p.width); ++i, ++pixels) {
-        const auto at = static_cast<std::size_t>(p.y + j) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + i);
+        const auto at = static_cast<std::size_t>(p.y + j) * static_cast<std::size_t>(lens.width) +
+                        static_cast<std::size_t>(p.x + i);
         sum += static_cast<double>(lens.solid_angle[at]) * lens.inverse_vignetting[at];
       }
     }
@@ -161,7 +164,8 @@ void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes,
           sum += static_cast<double>(rounded);
           x_sum += static_cast<double>(rounded) * i;
           y_sum += static_cast<double>(rounded) * j;
-          std::uint8_t* at = weights + static_cast<std::size_t>(j) * s.count + static_cast<std::size_t>(p.x + i) * per_pixel - s.begin;
+          std::uint8_t* at =
+              weights + static_cast<std::size_t>(j) * s.count + static_cast<std::size_t>(p.x + i) * per_pixel - s.begin;
           std::fill_n(at, per_pixel, static_cast<std::uint8_t>(rounded));
         }
       }

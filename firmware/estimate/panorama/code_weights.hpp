@@ -1,13 +1,14 @@
-// What sums of codes are worth, worked out once for a rig: which blocks are summed together, the weights of their pixels where
-// these have weights of their own, and what makes light of the sums.
+// What sums of codes are worth, worked out once for a rig: which blocks are summed together, the weights of their
+// pixels where these have weights of their own, and what makes light of the sums.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <lightwell/pixel.hpp>
 #include <span>
 #include <vector>
+
+#include <lightwell/pixel.hpp>
 
 #include "calibration/lens_table.hpp"
 #include "estimate/panorama/blocks.hpp"
@@ -53,7 +54,8 @@ class CodeWeights {
   /// An entry a block, with room for the kernel: BlockWorth says what they are.
   struct Worths {
     explicit Worths(std::size_t blocks);
-    std::vector<float> mean, along_x, along_y, half_x, total, pixels, per_total, per_pixel, brighten, spread, solid_angle;
+    std::vector<float> mean, along_x, along_y, half_x, total, pixels, per_total, per_pixel, brighten, spread,
+        solid_angle;
     std::array<std::vector<float>, kLaneKinds> unit, middle_x, middle_y;
   };
 

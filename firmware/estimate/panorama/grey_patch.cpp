@@ -21,7 +21,8 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
       reader.read(patch_.lens, y, x, end, RowReader::Reading::with_clipped, row_, ignored);
       for (int i = 0; i < end - x; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x + i);
+        const std::size_t at =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x + i);
         if (!row_.certain && row_.clipped[k] != 0) return std::nullopt;
         if (!(lens.solid_angle[at] > 0)) continue;
         luminance += luminance_of(row_.r[k], row_.g[k], row_.b[k]);

@@ -1,12 +1,13 @@
 // A matte patch of known reflectance that the camera sees all the time: it reads the irradiance at its normal.
 #pragma once
 
-#include <lightwell/config.hpp>
 #include <optional>
 
+#include <lightwell/config.hpp>
+
 #include "calibration/lens_table.hpp"
-#include "estimate/panorama/blocks.hpp"
 #include "estimate/common/row_reader.hpp"
+#include "estimate/panorama/blocks.hpp"
 
 namespace lightwell::estimate {
 

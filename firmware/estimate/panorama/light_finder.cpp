@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/cap.hpp>
 #include <numbers>
+
+#include <lightwell/cap.hpp>
 
 namespace lightwell::estimate {
 namespace {
@@ -21,9 +22,9 @@ const float kCosAcross = std::cos(24 * std::numbers::pi_v<float> / 180);
 constexpr float kWidest = 0.6F;
 /// A light that gives less of all light than this is left to the harmonics: it could not change a figure of the answer.
 constexpr double kFaintest = 0.002;
-/// The same as a share of epsilon, where only irradiance counts. A light that gives the share s of all light deviates by
-/// 1.6 s over all normals, relative, and 9 % of that lies above band 2: 64 lights of half of epsilon each that are left out
-/// add up to 0.6 epsilon, like noise, and the bands above 2 are cheaper than they are.
+/// The same as a share of epsilon, where only irradiance counts. A light that gives the share s of all light deviates
+/// by 1.6 s over all normals, relative, and 9 % of that lies above band 2: 64 lights of half of epsilon each that are
+/// left out add up to 0.6 epsilon, like noise, and the bands above 2 are cheaper than they are.
 constexpr double kFaintestOfEpsilon = 0.5;
 /// Once there is room for no more, one that is not clearly stronger than the weakest is not looked at.
 constexpr double kDisplaces = 1.1;
@@ -31,22 +32,23 @@ constexpr double kDisplaces = 1.1;
 constexpr int kMostRegions = 96;
 /// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
 constexpr float kGlow = 0.1F;
-/// A region is compact, and read pixel by pixel, where its blocks have no more pixels than these or are no more than nine.
+/// A region is compact, and read pixel by pixel, where its blocks have no more pixels than these or are no more than
+/// nine.
 constexpr std::size_t kCompactPixels = 2048, kFewBlocks = 9;
-/// And where it covers no more of the sphere: about the pole of a stitched picture many pixels are a small piece of it. So
-/// it is where its light, all as bright as its peak, would be no more, as long as few blocks hold it: large blocks are dark
-/// in part.
+/// And where it covers no more of the sphere: about the pole of a stitched picture many pixels are a small piece of it.
+/// So it is where its light, all as bright as its peak, would be no more, as long as few blocks hold it: large blocks
+/// are dark in part.
 constexpr std::size_t kMostHalfLitBlocks = 32;
-/// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side moves
-/// a centroid of n pixels by less than a pixel over sqrt(n).
+/// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side
+/// moves a centroid of n pixels by less than a pixel over sqrt(n).
 constexpr std::size_t kRimmedCore = 256;
 /// Every pixel of a core has at most 17 neighbours, which are others' too.
 constexpr std::size_t kMostRim = 17 * kRimmedCore;
 /// How much of a light that is one sample of colour may be wrong, one deviation: how much of the sample it covers is
 /// anything from nothing to all, which deviates by 0.29 of it, and three channels share that.
 constexpr double kEdgeDoubt = 0.2;
-/// The same of a mosaic by that: its quads have two samples of green, whose edges are wrong by 2^-0.75 of one's, squared
-/// 0.354; over three channels sqrt((1 + 0.354 + 1) / 3).
+/// The same of a mosaic by that: its quads have two samples of green, whose edges are wrong by 2^-0.75 of one's,
+/// squared 0.354; over three channels sqrt((1 + 0.354 + 1) / 3).
 constexpr double kMosaicDoubt = 0.886;
 /// And of where a mosaic's luminance sits, which is 72 % green: 0.213 + 0.715 * 2^-0.75 + 0.072.
 constexpr double kMosaicMiddle = 0.71;
@@ -54,8 +56,8 @@ constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions a
 constexpr std::size_t kMostParts = 65536;
 constexpr std::size_t kMostRegionPixels = 400'000;
 
-/// Of the light of a disc that is `samples` samples of colour large, what those on its edge may get wrong together where
-/// one may be all wrong: 2 sqrt(pi n) of n are there, and their errors add up like noise.
+/// Of the light of a disc that is `samples` samples of colour large, what those on its edge may get wrong together
+/// where one may be all wrong: 2 sqrt(pi n) of n are there, and their errors add up like noise.
 double at_the_edge(double samples) {
   return std::min(1.0, std::sqrt(2 * std::sqrt(std::numbers::pi)) * std::pow(std::max(samples, 1e-9), -0.75));
 }
@@ -63,8 +65,7 @@ double at_the_edge(double samples) {
 }  // namespace
 
 LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums)
-    : layout_(layout), grid_(grid), sums_(sums), pixels_(table, layout),
-      flood_(table, layout, grid, sums, pixels_) {
+    : layout_(layout), grid_(grid), sums_(sums), pixels_(table, layout), flood_(table, layout, grid, sums, pixels_) {
   claimed_.resize(pixels_.size());
   owner_.resize(layout.size());
   owned_.reserve(layout.size());
@@ -132,7 +133,8 @@ void LightFinder::grow_core(RowReader& reader, float floor) {
     pixels_.for_neighbours(region_[next].place, [&](Place p, PixelId id) {
       if (claimed_[id] != 0) return touch(claimed_[id]);
       const PixelLight* light = light_in_flood(reader, p);
-      if (light != nullptr && light->luminance >= floor && !pixels_.at_edge(p) && pixels_.solid_angle({p, id, *light}) > 0)
+      if (light != nullptr && light->luminance >= floor && !pixels_.at_edge(p) &&
+          pixels_.solid_angle({p, id, *light}) > 0)
         return claim(p, id, *light);
       if (rim_.size() == kMostRim) return;
       claimed_[id] = kRim;
@@ -160,12 +162,13 @@ void LightFinder::grow_skirt(RowReader& reader, float floor, Vec3f axis) {
 Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
   Vec3d toward;
   const auto add = [&](const BrightPixels::Pixel& pixel, float luminance) {
-    toward += vec_cast<double>(pixels_.direction(pixel)) * (static_cast<double>(luminance) * pixels_.solid_angle(pixel));
+    toward +=
+        vec_cast<double>(pixels_.direction(pixel)) * (static_cast<double>(luminance) * pixels_.solid_angle(pixel));
   };
   for (const BrightPixels::Pixel& pixel : region_) add(pixel, pixel.light.luminance);
   if (region_.size() > kRimmedCore) return normalized(toward);
-  // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share. Blocks that are
-  // dark all over hold none of it and need not be read.
+  // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share. Blocks that
+  // are dark all over hold none of it and need not be read.
   const auto is_dark = [&](std::size_t block) { return !pixels_.has(block) && sums_.peak[block] < dark; };
   for (BrightPixels::Pixel& pixel : rim_) {
     const std::size_t block = layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y);
@@ -203,7 +206,7 @@ bool LightFinder::is_compact(float peak) const {
 }
 
 double LightFinder::wrong_at_edge(const RowReader& reader, const Gathered& light) const {
-  const auto luminance = [](const double (&c)[3]) { return luminance_of(c[0], c[1], c[2]); };
+  const auto luminance = [](const double(&c)[3]) { return luminance_of(c[0], c[1], c[2]); };
   const double own = luminance(light.irradiance);
   if (!reader.has_luma()) return kMosaicDoubt * own;
   // Luma is each pixel's own: only what differs in colour from the light around comes out wrong.
@@ -377,7 +380,8 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
   return std::nullopt;
 }
 
-std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_luminance, const EstimatorConfig& config) {
+std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_luminance,
+                                                 const EstimatorConfig& config) {
   for (const PixelId id : all_claimed_) claimed_[id] = 0;
   all_claimed_.clear();
   for (const std::uint32_t block : owned_) owner_[block] = 0;
@@ -393,7 +397,8 @@ std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_l
 
   mean_ = mean_luminance;
   floor_ = static_cast<float>(config.light_threshold) * mean_luminance;
-  const double least_share = config.radiance_epsilon > 0 ? kFaintest : std::max(kFaintest, kFaintestOfEpsilon * config.epsilon);
+  const double least_share =
+      config.radiance_epsilon > 0 ? kFaintest : std::max(kFaintest, kFaintestOfEpsilon * config.epsilon);
   faintest_ = least_share * mean_luminance * grid_.covered_sr();
   // Written in any case, kept where it counts: which blocks these are no processor foresees.
   candidates_.resize(sums_.peak.size() + 1);
@@ -414,7 +419,9 @@ std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_l
 int LightFinder::find_more(RowReader& reader, int most, std::vector<Light>& lights) {
   lights.clear();
   region_of_light_.clear();
-  const auto stronger = [](const Light& a, const Light& b) { return a.irradiance.luminance() > b.irradiance.luminance(); };
+  const auto stronger = [](const Light& a, const Light& b) {
+    return a.irradiance.luminance() > b.irradiance.luminance();
+  };
   const auto add = [&](const Light& light, std::uint8_t number) {
     const auto at = std::upper_bound(lights.begin(), lights.end(), light, stronger);
     region_of_light_.insert(region_of_light_.begin() + (at - lights.begin()), number);
@@ -440,7 +447,8 @@ int LightFinder::find_more(RowReader& reader, int most, std::vector<Light>& ligh
   }
   if (!brightest_ || most <= 0) return -1;
   add(*brightest_, brightest_number_);
-  return static_cast<int>(std::find(region_of_light_.begin(), region_of_light_.end(), brightest_number_) - region_of_light_.begin());
+  return static_cast<int>(std::find(region_of_light_.begin(), region_of_light_.end(), brightest_number_) -
+                          region_of_light_.begin());
 }
 
 }  // namespace lightwell::estimate

@@ -6,24 +6,26 @@
 // pixels with what the pixels around it hold of the light: it covers them in part).
 // Its energy is gathered further down, to kSkirt of the peak, as a lens and a lamp's own glow spread it.
 //
-// Regions are first walked block by block, which bounds what they can give: a spot too faint to matter costs no pixel. A
-// compact one is walked pixel by pixel; a wide one (a sky, a lit wall) is told well enough by the moments of its blocks.
+// Regions are first walked block by block, which bounds what they can give: a spot too faint to matter costs no pixel.
+// A compact one is walked pixel by pixel; a wide one (a sky, a lit wall) is told well enough by the moments of its
+// blocks.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
-#include <lightwell/config.hpp>
-#include <lightwell/descriptor.hpp>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include <lightwell/config.hpp>
+#include <lightwell/descriptor.hpp>
+
 #include "calibration/lens_table.hpp"
 #include "estimate/common/cells.hpp"
+#include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/block_flood.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bright_pixels.hpp"
-#include "estimate/common/row_reader.hpp"
 
 namespace lightwell::estimate {
 
@@ -32,16 +34,18 @@ class LightFinder {
   /// All stay the caller's; `sums` are those of each frame in turn.
   LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums);
 
-  /// Begins a frame, whose sums are there: the region with the brightest pixel alone. Only bright blocks are read again.
-  /// `mean_luminance` is that of what the rig sees. Nothing where there is no light, or where it is too wide to be one.
-  [[nodiscard]] std::optional<Light> find_brightest(RowReader& reader, float mean_luminance, const EstimatorConfig& config);
+  /// Begins a frame, whose sums are there: the region with the brightest pixel alone. Only bright blocks are read
+  /// again. `mean_luminance` is that of what the rig sees. Nothing where there is no light, or where it is too wide to
+  /// be one.
+  [[nodiscard]] std::optional<Light> find_brightest(RowReader& reader, float mean_luminance,
+                                                    const EstimatorConfig& config);
 
-  /// Once after find_brightest(): fills `lights`, strongest first, at most `most` of them, the brightest always among them,
-  /// no tracks yet. Returns which it is, or -1 where there is none.
+  /// Once after find_brightest(): fills `lights`, strongest first, at most `most` of them, the brightest always among
+  /// them, no tracks yet. Returns which it is, or -1 where there is none.
   int find_more(RowReader& reader, int most, std::vector<Light>& lights);
 
-  /// How much of the irradiance of the lights so far, summed as luminance, may be wrong where pixels share their colour:
-  /// those at the edge of a light have that of what is beside it.
+  /// How much of the irradiance of the lights so far, summed as luminance, may be wrong where pixels share their
+  /// colour: those at the edge of a light have that of what is beside it.
   [[nodiscard]] double doubt() const { return std::sqrt(doubt2_); }
 
   /// After find_more(): takes the light of lights[k], as it left them, out of the blocks that it came from.
@@ -79,13 +83,13 @@ class LightFinder {
   void touch(std::uint8_t mark);
   /// Null beyond the blocks that the flood reached, where nothing is bright enough, and where there is no more room.
   [[nodiscard]] const PixelLight* light_in_flood(RowReader& reader, Place p);
-  /// Adds to the region all that is connected to it and at least `floor` bright. What is beside it is then the rim, unless
-  /// that is more than kMostRim.
+  /// Adds to the region all that is connected to it and at least `floor` bright. What is beside it is then the rim,
+  /// unless that is more than kMostRim.
   void grow_core(RowReader& reader, float floor);
   /// After grow_core(): the same within kCosReach of `axis`.
   void grow_skirt(RowReader& reader, float floor, Vec3f axis);
-  /// Centroid of the region while it is a core alone, and of what its rim holds of the light; zero where it is dark. Blocks
-  /// without a pixel of `dark` are not read.
+  /// Centroid of the region while it is a core alone, and of what its rim holds of the light; zero where it is dark.
+  /// Blocks without a pixel of `dark` are not read.
   [[nodiscard]] Vec3d core_direction(RowReader& reader, float peak, float dark);
   /// Whether flood_ is few enough pixels, or small enough, to be walked pixel by pixel.
   [[nodiscard]] bool is_compact(float peak) const;
@@ -96,8 +100,8 @@ class LightFinder {
   [[nodiscard]] double wrong_at_edge(const RowReader& reader, const Gathered& light) const;
   void note(std::uint32_t block, const CellSum& light);
   [[nodiscard]] Light region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact);
-  /// The brightest that is left and gives anything. Those whose blocks cannot hold `least` (irradiance, as luminance) are
-  /// passed over.
+  /// The brightest that is left and gives anything. Those whose blocks cannot hold `least` (irradiance, as luminance)
+  /// are passed over.
   [[nodiscard]] std::optional<Light> next_region(RowReader& reader, double least);
   /// Down to which luminance a light with this peak is gathered.
   [[nodiscard]] float skirt_of(float peak) const;
@@ -113,7 +117,7 @@ class LightFinder {
   std::uint8_t number_ = 0;            ///< Of the region that grows, from 1.
   std::uint8_t parent_ = 0;            ///< The strongest earlier region that it touches, or 0.
   std::vector<float> region_irradiance_;
-  std::vector<Part> parts_;                  ///< Of all regions, by ascending region.
+  std::vector<Part> parts_;  ///< Of all regions, by ascending region.
   std::vector<std::uint8_t> region_of_light_;
   std::vector<BrightPixels::Pixel> region_, rim_;
   std::vector<PixelId> all_claimed_;

@@ -3,21 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <lightwell/codec.hpp>
 #include <numbers>
 #include <optional>
 #include <string>
+
+#include <lightwell/codec.hpp>
 
 #include "calibration/lens_table.hpp"
 #include "estimate/common/chooser.hpp"
 #include "estimate/common/environment.hpp"
 #include "estimate/common/flicker.hpp"
 #include "estimate/common/light_tracker.hpp"
+#include "estimate/common/row_reader.hpp"
 #include "estimate/common/smoother.hpp"
 #include "estimate/common/spectrum.hpp"
 #include "estimate/panorama/clipped_lights.hpp"
 #include "estimate/panorama/row_profiler.hpp"
-#include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/stage.hpp"
 
 namespace lightwell {
@@ -108,7 +109,7 @@ class PanoramaEstimator final : public Estimator {
  private:
   /// Relative to the RMS irradiance, in units of the sums times `factor`. All zero in the dark.
   struct RelativeErrors {
-    double rms = 0;  ///< Of the irradiance; what the others are relative to.
+    double rms = 0;                               ///< Of the irradiance; what the others are relative to.
     double spread = 0, hidden = 0, sampling = 0;  ///< Noise of one deviation, what hides near black, the bound's part.
   };
   [[nodiscard]] RelativeErrors relative_errors(double factor) const;
@@ -337,8 +338,8 @@ Result<std::unique_ptr<Estimator>> make_panorama_estimator(const RigParameters& 
   if (Status s = options.config.validate(); !s.ok()) return s;
   const int edge = options.block_edge;
   if (edge < 0 || edge > kWidestBlock || (edge & (edge - 1)) != 0)
-    return Status(StatusCode::invalid_argument, "block_edge is " + std::to_string(edge) +
-                                                    "; it must be 0 or a power of two up to 16");
+    return Status(StatusCode::invalid_argument,
+                  "block_edge is " + std::to_string(edge) + "; it must be 0 or a power of two up to 16");
   if (options.grey_patch)
     if (Status s = options.grey_patch->validate(rig); !s.ok()) return s;
   Result<RigTable> table = make_rig_table(rig);

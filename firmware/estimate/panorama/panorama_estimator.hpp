@@ -2,9 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include <lightwell/calibration.hpp>
-#include <optional>
 
 #include "estimate/estimator.hpp"
 #include "estimate/panorama/grey_patch.hpp"
@@ -14,7 +14,8 @@ namespace lightwell {
 struct PanoramaOptions {
   EstimatorConfig config;
   std::uint32_t probe_id = 0;
-  /// Pixels of a block's edge, a power of two up to 16. 0: about 3.2 degrees. Larger is faster; the bound's sampling part grows.
+  /// Pixels of a block's edge, a power of two up to 16. 0: about 3.2 degrees. Larger is faster; the bound's sampling
+  /// part grows.
   int block_edge = 0;
   /// Where there is one, the energy of clipped lights is recovered from it in every frame.
   std::optional<GreyPatch> grey_patch;

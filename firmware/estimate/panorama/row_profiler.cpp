@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+
 #include <lightwell/pixel.hpp>
 
 #include "calibration/response.hpp"
@@ -65,13 +66,16 @@ std::span<const RowProfile> RowProfiler::profile(const Frame& frame) {
     const std::size_t within = view.format == PixelFormat::rgb8 ? 1 : 0;
     for (int top = 0; top < view.height; top += lens.group_rows) {
       const int y = (top + std::min(lens.group_rows, view.height - top) / 2) & ~1;
-      const auto* row = reinterpret_cast<const std::uint8_t*>(view.data.data()) + static_cast<std::size_t>(y) * view.stride;
+      const auto* row =
+          reinterpret_cast<const std::uint8_t*>(view.data.data()) + static_cast<std::size_t>(y) * view.stride;
       const RowSpan span = table_.lenses[number].rows[static_cast<std::size_t>(y)];
-      const float mean = words ? mean_of_row(span, [&](std::size_t x) {
-        std::uint16_t code = 0;
-        std::memcpy(&code, row + 2 * x, sizeof code);
-        return word[code & (word.size() - 1)];
-      }) : mean_of_row(span, [&](std::size_t x) { return byte[row[x * step + within]]; });
+      const float mean = words ? mean_of_row(span,
+                                             [&](std::size_t x) {
+                                               std::uint16_t code = 0;
+                                               std::memcpy(&code, row + 2 * x, sizeof code);
+                                               return word[code & (word.size() - 1)];
+                                             })
+                               : mean_of_row(span, [&](std::size_t x) { return byte[row[x * step + within]]; });
       lens.radiance.push_back(mean * per_linear);
     }
     profiles_[number] = {lens.radiance, view.height, lens.group_rows};

@@ -1,5 +1,5 @@
-// How light runs down the rows of one exposure of a bracket, from a sample of its pixels. Merged exposures have no one time
-// for a row, so that flicker is looked for in each by itself.
+// How light runs down the rows of one exposure of a bracket, from a sample of its pixels. Merged exposures have no one
+// time for a row, so that flicker is looked for in each by itself.
 #pragma once
 
 #include <array>

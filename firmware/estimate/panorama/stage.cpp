@@ -126,10 +126,12 @@ Stage::Corner Stage::corner_of(std::size_t block) const {
   const BlockPass::Middle middle = pass_.middle(block);
   const float x = std::clamp(middle.x + sums_.offset_x[block], 0.0F, static_cast<float>(p.width - 1));
   const float y = std::clamp(middle.y + sums_.offset_y[block], 0.0F, static_cast<float>(p.height - 1));
-  const int x0 = std::min(static_cast<int>(x), std::max(p.width - 2, 0)), y0 = std::min(static_cast<int>(y), std::max(p.height - 2, 0));
+  const int x0 = std::min(static_cast<int>(x), std::max(p.width - 2, 0)),
+            y0 = std::min(static_cast<int>(y), std::max(p.height - 2, 0));
   const Vec3f* at = &lens.direction[static_cast<std::size_t>(p.y + y0) * static_cast<std::size_t>(lens.width) +
                                     static_cast<std::size_t>(p.x + x0)];
-  return {at, p.width > 1 ? 1 : 0, p.height > 1 ? lens.width : 0, x - static_cast<float>(x0), y - static_cast<float>(y0)};
+  return {at, p.width > 1 ? 1 : 0, p.height > 1 ? lens.width : 0, x - static_cast<float>(x0),
+          y - static_cast<float>(y0)};
 }
 
 Vec3d Stage::direction_at(const Corner& c) {

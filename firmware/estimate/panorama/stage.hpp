@@ -1,16 +1,17 @@
 // From pixels to what the sphere looks like: pictures through blocks of one size, their lights, their harmonics.
 #pragma once
 
-#include <lightwell/descriptor.hpp>
 #include <vector>
+
+#include <lightwell/descriptor.hpp>
 
 #include "calibration/lens_table.hpp"
 #include "estimate/common/cells.hpp"
+#include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bracket_pass.hpp"
 #include "estimate/panorama/code_pass.hpp"
 #include "estimate/panorama/light_finder.hpp"
-#include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/unseen.hpp"
 
 namespace lightwell::estimate {
@@ -19,10 +20,10 @@ namespace lightwell::estimate {
 struct Seen {
   Projection projection;
   std::vector<Light> lights;  ///< Strongest first. The projection is of their light too.
-  int lamp = -1;  ///< Which light is so bright a spot that people look for it, however little it gives; -1: none.
-  double seen_sr = 0;    ///< Solid angle that the lenses of this bracket saw.
-  double doubt = 0;      ///< Of the lights' irradiance, as luminance, what shared colours may get wrong.
-  bool filled = false;   ///< Something stands in for what they did not see.
+  int lamp = -1;        ///< Which light is so bright a spot that people look for it, however little it gives; -1: none.
+  double seen_sr = 0;   ///< Solid angle that the lenses of this bracket saw.
+  double doubt = 0;     ///< Of the lights' irradiance, as luminance, what shared colours may get wrong.
+  bool filled = false;  ///< Something stands in for what they did not see.
   double uneven = 0;  ///< Luminance times the angle by which it sits beside its cell's middle, of cells taken as even.
 };
 

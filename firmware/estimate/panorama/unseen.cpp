@@ -45,7 +45,8 @@ UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const 
   const Vec3d middle = middle_of(-1);
   const bool sided = length(middle) > 0.01 * grid.covered_sr();
   for (const Vec3d& d : directions) {
-    const CellGrid::Pixel pixel{vec_cast<float>(d), static_cast<float>(missing / static_cast<double>(directions.size()))};
+    const CellGrid::Pixel pixel{vec_cast<float>(d),
+                                static_cast<float>(missing / static_cast<double>(directions.size()))};
     cells_.add_cell({&pixel, 1});
     mirror_of_cell_.push_back(sided ? block_seeing(mirrored(d, normalized(middle)), kAllLenses) : kNowhere);
   }

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/config.hpp>
 #include <lightwell/time.hpp>
-#include <span>
-#include <vector>
 
 #include "calibration/camera_model.hpp"
 #include "calibration/lens_table.hpp"

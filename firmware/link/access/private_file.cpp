@@ -47,8 +47,8 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
-/// What an administrator's `lightwelld --pair` writes belongs to the daemon's user, as the folder does: else the daemon could
-/// not read it.
+/// What an administrator's `lightwelld --pair` writes belongs to the daemon's user, as the folder does: else the daemon
+/// could not read it.
 bool give_to_owner_of(const std::string& folder, int descriptor) {
   if (::geteuid() != 0) return true;
   struct stat facts {};
@@ -95,7 +95,8 @@ Status write_private_file(const std::string& path, std::string_view text) {
   }
   // The name, too, is to outlast a power cut.
   const Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (folder.get() < 0 || ::fsync(folder.get()) != 0) return failed(path, "is in its place, but the disk did not confirm it");
+  if (folder.get() < 0 || ::fsync(folder.get()) != 0)
+    return failed(path, "is in its place, but the disk did not confirm it");
   return {};
 }
 

@@ -1,14 +1,14 @@
-// One call, and those of them that are streams of descriptors: each has one write under way and one descriptor waiting, the
-// newest.
+// One call, and those of them that are streams of descriptors: each has one write under way and one descriptor waiting,
+// the newest.
 #pragma once
-
-#include <grpcpp/generic/async_generic_service.h>
-#include <grpcpp/grpcpp.h>
 
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <vector>
+
+#include <grpcpp/generic/async_generic_service.h>
+#include <grpcpp/grpcpp.h>
 
 #include "link/link.hpp"
 

@@ -1,11 +1,11 @@
 #include "link/grpc/grpc_link.hpp"
 
+#include <ctime>
+#include <string>
+
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
-
-#include <ctime>
-#include <string>
 
 #include "link/access/client_list.hpp"
 #include "link/access/exposure.hpp"

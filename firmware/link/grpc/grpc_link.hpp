@@ -1,18 +1,20 @@
-// The gRPC link: ProbeService with health and reflection, every client with its own newest-wins place; plain, or over TLS with
-// clients that the probe knows.
+// The gRPC link: ProbeService with health and reflection, every client with its own newest-wins place; plain, or over
+// TLS with clients that the probe knows.
 #pragma once
+
+#include <memory>
+#include <string_view>
 
 #include <lightwell/config.hpp>
 #include <lightwell/status.hpp>
-#include <memory>
-#include <string_view>
 
 #include "link/link.hpp"
 
 namespace lightwell {
 
-/// Files named in `config` are as they are to be opened. start() refuses what check_exposure() does, and makes keys where there
-/// are none yet. `commands` must outlive the link and is called from gRPC's threads.
-[[nodiscard]] std::unique_ptr<Link> make_grpc_link(const GrpcConfig& config, std::string_view probe_name, Commands& commands);
+/// Files named in `config` are as they are to be opened. start() refuses what check_exposure() does, and makes keys
+/// where there are none yet. `commands` must outlive the link and is called from gRPC's threads.
+[[nodiscard]] std::unique_ptr<Link> make_grpc_link(const GrpcConfig& config, std::string_view probe_name,
+                                                   Commands& commands);
 
 }  // namespace lightwell

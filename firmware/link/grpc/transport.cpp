@@ -26,7 +26,8 @@ void set_limits(grpc::ServerBuilder& builder) {
   // A client that vanished without a word is noticed and its stream ended.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
-  // Also one that asks nothing yet, as an attempt that its maker gave up while the network was down: else its handle stays.
+  // Also one that asks nothing yet, as an attempt that its maker gave up while the network was down: else its handle
+  // stays.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   // One that pings more often than every five seconds is sent away (too_many_pings) at the third.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);

@@ -13,7 +13,6 @@
 #include <lightwell/status_codec.hpp>
 #include <lightwell/time.hpp>
 
-
 namespace lightwell {
 namespace {
 
@@ -149,8 +148,7 @@ class Worker {
     const std::int64_t now = monotonic_now_ns();
     if (!sound || !allowance_.take(now)) return count_refused();
     const std::string clock = encode_clock({monotonic_now_ns()});
-    if (!session_.answer(request, std::as_bytes(std::span(clock))))
-      count_refused();
+    if (!session_.answer(request, std::as_bytes(std::span(clock)))) count_refused();
   }
 
   void count_refused() {

@@ -1,11 +1,12 @@
 #include "link/usb_gadget/ffs_descriptors.hpp"
 
-#include <linux/usb/functionfs.h>
-
 #include <cstdint>
-#include <lightwell/usb_ids.hpp>
 #include <span>
 #include <string_view>
+
+#include <linux/usb/functionfs.h>
+
+#include <lightwell/usb_ids.hpp>
 
 namespace lightwell {
 namespace {

@@ -6,9 +6,9 @@
 
 namespace lightwell {
 
-/// One vendor interface with a bulk endpoint each way at full, high and super speed, and Microsoft's OS descriptors (1.0):
-/// WINUSB as compatible id, so that Windows takes its own driver, and the interface's GUID. The first endpoint (file ep1)
-/// sends to the host, the second (ep2) receives; the addresses are the controller's choice.
+/// One vendor interface with a bulk endpoint each way at full, high and super speed, and Microsoft's OS descriptors
+/// (1.0): WINUSB as compatible id, so that Windows takes its own driver, and the interface's GUID. The first endpoint
+/// (file ep1) sends to the host, the second (ep2) receives; the addresses are the controller's choice.
 [[nodiscard]] std::vector<std::byte> ffs_descriptors();
 
 /// The interface's name.

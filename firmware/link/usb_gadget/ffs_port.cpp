@@ -1,18 +1,18 @@
 #include "link/usb_gadget/ffs_port.hpp"
 
-#include <fcntl.h>
-#include <linux/aio_abi.h>
-#include <linux/usb/functionfs.h>
-#include <poll.h>
-#include <sys/eventfd.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <deque>
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
 #include <vector>
+
+#include <linux/aio_abi.h>
+#include <linux/usb/functionfs.h>
+#include <sys/eventfd.h>
+#include <sys/syscall.h>
 
 #include "link/usb_gadget/ffs_descriptors.hpp"
 
@@ -24,8 +24,9 @@ Status refused(const std::string& path, int error) {
   switch (error) {
     case ENOENT:
     case ENOTDIR:
-      return {StatusCode::not_found,
-              what + ": no FunctionFS is mounted there; run `lightwell-usb-gadget up` as root, or correct usb_gadget.ffs"};
+      return {
+          StatusCode::not_found,
+          what + ": no FunctionFS is mounted there; run `lightwell-usb-gadget up` as root, or correct usb_gadget.ffs"};
     case EACCES:
     case EPERM:
       return {StatusCode::failed_precondition,
@@ -148,13 +149,24 @@ class FfsPort final : public GadgetPort {
     if (bytes <= 0) return;
     for (std::size_t i = 0; i < static_cast<std::size_t>(bytes) / sizeof events[0]; ++i) {
       switch (events[i].type) {
-        case FUNCTIONFS_ENABLE: happened_.push_back({PortEvent::Kind::enabled}); break;
+        case FUNCTIONFS_ENABLE:
+          happened_.push_back({PortEvent::Kind::enabled});
+          break;
         case FUNCTIONFS_DISABLE:
-        case FUNCTIONFS_UNBIND: happened_.push_back({PortEvent::Kind::disabled}); break;
-        case FUNCTIONFS_SUSPEND: happened_.push_back({PortEvent::Kind::suspended}); break;
-        case FUNCTIONFS_RESUME: happened_.push_back({PortEvent::Kind::resumed}); break;
-        case FUNCTIONFS_SETUP: stall(events[i].u.setup); break;
-        default: break;  // BIND: nothing is enabled yet.
+        case FUNCTIONFS_UNBIND:
+          happened_.push_back({PortEvent::Kind::disabled});
+          break;
+        case FUNCTIONFS_SUSPEND:
+          happened_.push_back({PortEvent::Kind::suspended});
+          break;
+        case FUNCTIONFS_RESUME:
+          happened_.push_back({PortEvent::Kind::resumed});
+          break;
+        case FUNCTIONFS_SETUP:
+          stall(events[i].u.setup);
+          break;
+        default:
+          break;  // BIND: nothing is enabled yet.
       }
     }
   }

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <lightwell/result.hpp>
 #include <memory>
 #include <string>
 #include <utility>
+
+#include <lightwell/result.hpp>
 
 #include "link/usb_gadget/gadget_port.hpp"
 
@@ -39,8 +40,8 @@ struct FfsFiles {
 /// not_found, resource_exhausted: what is wrong with the mount and what to do.
 [[nodiscard]] Result<FfsFiles> open_ffs(const std::string& mount);
 
-/// Transfers are Linux's asynchronous I/O (io_submit), so that one thread waits for events and both directions. `open`: the
-/// files, at each GadgetPort::open().
+/// Transfers are Linux's asynchronous I/O (io_submit), so that one thread waits for events and both directions. `open`:
+/// the files, at each GadgetPort::open().
 [[nodiscard]] std::unique_ptr<GadgetPort> make_ffs_port(std::function<Result<FfsFiles>()> open);
 
 }  // namespace lightwell

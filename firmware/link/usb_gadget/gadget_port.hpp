@@ -3,9 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
-#include <span>
 
 namespace lightwell {
 
@@ -18,17 +19,17 @@ struct PortEvent {
     disabled,   ///< It is there no more: unplugged, reset, or configured otherwise.
     suspended,  ///< The bus sleeps. Transfers wait.
     resumed,
-    sent,       ///< A transfer to the host ended.
-    received,   ///< A transfer from the host ended.
+    sent,      ///< A transfer to the host ended.
+    received,  ///< A transfer from the host ended.
   };
   Kind kind = Kind::timeout;
   std::size_t bytes = 0;  ///< Of a transfer.
   int error = 0;          ///< Of a transfer: errno; 0 where it is whole.
 };
 
-/// One interface with a bulk endpoint each way. All but wake() are of one thread. At most one transfer is under way in each
-/// direction; one that began ends with its event, when the host is gone with an error, and its memory is the port's until
-/// then.
+/// One interface with a bulk endpoint each way. All but wake() are of one thread. At most one transfer is under way in
+/// each direction; one that began ends with its event, when the host is gone with an error, and its memory is the
+/// port's until then.
 class GadgetPort {
  public:
   virtual ~GadgetPort() = default;

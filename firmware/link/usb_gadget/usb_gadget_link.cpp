@@ -3,18 +3,20 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
-#include <lightwell/link_message.hpp>
 #include <mutex>
 #include <random>
 #include <thread>
 #include <vector>
+
+#include <lightwell/link_message.hpp>
 
 #include "link/usb_gadget/ffs_port.hpp"
 
 namespace lightwell {
 namespace {
 
-/// After a transfer that failed although the host is there. Shorter would spin where an endpoint goes before its event comes.
+/// After a transfer that failed although the host is there. Shorter would spin where an endpoint goes before its event
+/// comes.
 constexpr Duration kPause{20'000'000};
 /// Answers that wait. A host waits for each of its few questions.
 constexpr std::size_t kMaxResponses = 16;
@@ -61,7 +63,8 @@ class GadgetLink final : public UsbGadgetLink {
 
   LinkCounters counters() const override {
     const std::lock_guard lock(mutex_);
-    return {.clients = listening_ ? 1U : 0U, .coalesced = coalesced_,
+    return {.clients = listening_ ? 1U : 0U,
+            .coalesced = coalesced_,
             .messages_refused = counters_.from_host.refused() + counters_.not_requests};
   }
   UsbGadgetCounters usb_counters() const override {
@@ -100,12 +103,21 @@ class GadgetLink final : public UsbGadgetLink {
         end_stream();
         enabled_ = false;
         break;
-      case PortEvent::Kind::suspended: suspended_ = true; break;
-      case PortEvent::Kind::resumed: suspended_ = false; break;
-      case PortEvent::Kind::sent: on_sent(event); break;
-      case PortEvent::Kind::received: on_received(event); break;
+      case PortEvent::Kind::suspended:
+        suspended_ = true;
+        break;
+      case PortEvent::Kind::resumed:
+        suspended_ = false;
+        break;
+      case PortEvent::Kind::sent:
+        on_sent(event);
+        break;
+      case PortEvent::Kind::received:
+        on_received(event);
+        break;
       case PortEvent::Kind::woken:
-      case PortEvent::Kind::timeout: break;
+      case PortEvent::Kind::timeout:
+        break;
     }
   }
 

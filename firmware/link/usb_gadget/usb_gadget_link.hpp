@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+
 #include <lightwell/config.hpp>
 #include <lightwell/framing.hpp>
 #include <lightwell/status.hpp>
-#include <memory>
 
 #include "link/link.hpp"
 #include "link/usb_gadget/gadget_port.hpp"
@@ -31,15 +32,15 @@ class UsbGadgetLink : public Link {
   [[nodiscard]] virtual UsbGadgetCounters usb_counters() const = 0;
 };
 
-/// A host listens while it asks: descriptors are sent to one whose last request came within this time. So none wait in the
-/// controller for a host that has no use for them, to be its first and oldest news later.
+/// A host listens while it asks: descriptors are sent to one whose last request came within this time. So none wait in
+/// the controller for a host that has no use for them, to be its first and oldest news later.
 inline constexpr Duration kListening{10'000'000'000};
 
 /// By FunctionFS. `commands` must outlive the link and is called from its one thread.
 [[nodiscard]] std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(const UsbGadgetConfig& config, Commands& commands);
 
 /// By any port; session: FrameWriter's.
-[[nodiscard]] std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(std::unique_ptr<GadgetPort> port, std::uint32_t session,
-                                                                  Commands& commands);
+[[nodiscard]] std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(std::unique_ptr<GadgetPort> port,
+                                                                  std::uint32_t session, Commands& commands);
 
 }  // namespace lightwell

@@ -50,9 +50,8 @@ struct Arguments {
 bool ends_with(const std::string& path, std::string_view ending) { return path.ends_with(ending); }
 
 Result<Arguments> parse(std::span<char* const> words) {
-  static const std::vector<std::string_view> kKnown = {"--family",  "--columns",  "--rows",  "--tag-size-mm",
-                                                       "--spacing", "--first-id", "--paper", "--dpi",
-                                                       "--output"};
+  static const std::vector<std::string_view> kKnown = {
+      "--family", "--columns", "--rows", "--tag-size-mm", "--spacing", "--first-id", "--paper", "--dpi", "--output"};
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };

@@ -27,7 +27,8 @@ Result<std::vector<std::string>> files_of(const std::vector<std::string>& paths)
     std::vector<std::string> inside;
     for (const auto& entry : fs::directory_iterator(path, error)) {
       std::string end = entry.path().extension().string();
-      std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      std::transform(end.begin(), end.end(), end.begin(),
+                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
       if (end == ".png" || end == ".jpg" || end == ".jpeg") inside.push_back(entry.path().string());
     }
     if (error) return Status(StatusCode::not_found, path + ": " + error.message());
@@ -48,8 +49,9 @@ Result<std::vector<TagBoard>> boards_of(const std::vector<std::string>& files) {
     for (int id = board->first_id; id < board->first_id + board->tags(); ++id) {
       const auto [other, fresh] = owners.try_emplace({board->family, id}, file);
       if (!fresh)
-        return Status(StatusCode::invalid_argument, file + ": tag " + std::to_string(id) + " is on " + other->second +
-                                                        " as well; print boards with numbers of their own (--first-id)");
+        return Status(StatusCode::invalid_argument,
+                      file + ": tag " + std::to_string(id) + " is on " + other->second +
+                          " as well; print boards with numbers of their own (--first-id)");
     }
     out.push_back(*board);
   }
@@ -58,7 +60,8 @@ Result<std::vector<TagBoard>> boards_of(const std::vector<std::string>& files) {
 
 }  // namespace
 
-Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<LensParameters>* known, const Progress& progress) {
+Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<LensParameters>* known,
+                                 const Progress& progress) {
   const Result<std::vector<TagBoard>> boards = boards_of(in.boards);
   if (!boards) return boards.status();
   Sightings out;
@@ -101,9 +104,9 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
         out.lenses.push_back({image->width, image->height});
       } else if (image->width != out.lenses[lens].width || image->height != out.lenses[lens].height) {
         return Status(StatusCode::invalid_argument,
-                      file + " is " + std::to_string(image->width) + "x" + std::to_string(image->height) + ", " + first + " is " +
-                          std::to_string(out.lenses[lens].width) + "x" + std::to_string(out.lenses[lens].height) +
-                          "; a lens is calibrated from pictures of one size");
+                      file + " is " + std::to_string(image->width) + "x" + std::to_string(image->height) + ", " +
+                          first + " is " + std::to_string(out.lenses[lens].width) + "x" +
+                          std::to_string(out.lenses[lens].height) + "; a lens is calibrated from pictures of one size");
       }
       std::optional<CameraModel> camera;
       if (known != nullptr) camera.emplace((*known)[lens]);
@@ -117,8 +120,8 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
       for (const TagDetection& tag : *tags) {
         // A number that is there twice is a reflection, or another board.
         if (!tag.refined || std::count_if(tags->begin(), tags->end(), [&](const TagDetection& o) {
-              return o.family == tag.family && o.id == tag.id;
-            }) > 1)
+                              return o.family == tag.family && o.id == tag.id;
+                            }) > 1)
           continue;
         for (std::size_t b = 0; b < boards->size(); ++b) {
           if (!(*boards)[b].holds(tag.family, tag.id)) continue;

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
 
 #include "calibration/geometry/sightings.hpp"
 #include "pose/tag_board.hpp"
@@ -17,19 +18,21 @@ struct BoardPictures {
   /// Files and folders, a list for each lens.
   std::vector<std::vector<std::string>> lenses;
   std::vector<std::string> boards;  ///< Kalibr's YAML.
-  /// By lens, what picture values mean; where it is not given, pictures are sRGB. A blurred edge is half way between black and
-  /// white in light, not in values: told wrong, every tag looks a third of a pixel smaller all around.
+  /// By lens, what picture values mean; where it is not given, pictures are sRGB. A blurred edge is half way between
+  /// black and white in light, not in values: told wrong, every tag looks a third of a pixel smaller all around.
   std::vector<PhotometricCalibration> photometry;
-  double rate_hz = 0;  ///< Pictures a second, where they were taken one after another; 0: nothing is known of their times.
+  double rate_hz =
+      0;  ///< Pictures a second, where they were taken one after another; 0: nothing is known of their times.
 };
 
 /// Called after each picture: how many of how many.
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
-/// Pictures of the same name, but for the folder, are of one capture; so the pictures of a pair's lenses find each other.
-/// `known`, where given, are the lenses about as they are: tags at the edge of the picture are then looked for in rectified
-/// views. Errors name the file: pictures of another size than the first one's, boards that share numbers.
-[[nodiscard]] Result<calibration::Sightings> read_sightings(const BoardPictures& in, const std::vector<LensParameters>* known,
+/// Pictures of the same name, but for the folder, are of one capture; so the pictures of a pair's lenses find each
+/// other. `known`, where given, are the lenses about as they are: tags at the edge of the picture are then looked for
+/// in rectified views. Errors name the file: pictures of another size than the first one's, boards that share numbers.
+[[nodiscard]] Result<calibration::Sightings> read_sightings(const BoardPictures& in,
+                                                            const std::vector<LensParameters>* known,
                                                             const Progress& progress);
 
 }  // namespace lightwell::calibrate

@@ -8,8 +8,9 @@ namespace lightwell::calibrate {
 
 namespace {
 
-/// Adds an edge's part within one row: `height` of the row (signed), from x0 to x1. Each pixel gets what lies to the right of
-/// the edge within it, beyond what its left neighbour got: a running sum along the row is the share that is covered.
+/// Adds an edge's part within one row: `height` of the row (signed), from x0 to x1. Each pixel gets what lies to the
+/// right of the edge within it, beyond what its left neighbour got: a running sum along the row is the share that is
+/// covered.
 void add_in_row(float* row, double x0, double x1, double height) {
   if (x0 > x1) std::swap(x0, x1);
   const double inclined = x1 - x0;
@@ -50,10 +51,13 @@ Coverage coverage_of(const std::vector<std::vector<PagePoint>>& outlines, double
       const double sign = p.y < q.y ? 1 : -1;
       if (sign < 0) std::swap(p, q);
       const double slope = (q.x - p.x) / (q.y - p.y);
-      const auto x_at = [&](double y) { return std::clamp(p.x + slope * (y - p.y), std::min(p.x, q.x), std::max(p.x, q.x)); };
+      const auto x_at = [&](double y) {
+        return std::clamp(p.x + slope * (y - p.y), std::min(p.x, q.x), std::max(p.x, q.x));
+      };
       for (int y = static_cast<int>(p.y); y < out.height && y < q.y; ++y) {
         const double from = std::max(p.y, static_cast<double>(y)), to = std::min(q.y, y + 1.0);
-        if (to > from) add_in_row(&out.share[static_cast<std::size_t>(y * out.width)], x_at(from), x_at(to), sign * (to - from));
+        if (to > from)
+          add_in_row(&out.share[static_cast<std::size_t>(y * out.width)], x_at(from), x_at(to), sign * (to - from));
       }
     }
   for (int y = 0; y < out.height; ++y) {

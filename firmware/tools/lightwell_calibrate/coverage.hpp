@@ -17,7 +17,8 @@ struct Coverage {
   [[nodiscard]] float at(int x, int y) const { return share[static_cast<std::size_t>(y * width + x)]; }
 };
 
-/// Outlines in mm, `scale` pixels a mm. Those that overlap run the same way round; where they do the share is cut off at 1.
+/// Outlines in mm, `scale` pixels a mm. Those that overlap run the same way round; where they do the share is cut off
+/// at 1.
 [[nodiscard]] Coverage coverage_of(const std::vector<std::vector<PagePoint>>& outlines, double scale);
 
 }  // namespace lightwell::calibrate

@@ -1,8 +1,5 @@
 #include "tools/lightwell_calibrate/geometry_command.hpp"
 
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -11,7 +8,10 @@
 #include <numbers>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <vector>
+
+#include <CLI/CLI.hpp>
 
 #include "calibration/geometry/coverage.hpp"
 #include "calibration/geometry/geometry.hpp"
@@ -41,7 +41,8 @@ constexpr const char* kGeometryFooter = R"(Examples:
       --lens0 front --lens1 back --field-deg 190 --output rig.textproto --report rig.png
 
 Take 20 to 40 pictures, the board near the lens and tilted, all over the picture up to its edge. Two lenses: boards all
-around, pictures of the same name in both folders were taken at once. Several boards need tags with numbers of their own.
+around, pictures of the same name in both folders were taken at once. Several boards need tags with numbers of their
+own.
 Photometry, where --calibration names a rig that has some, is kept.
 Exit status: 0 done, 1 an input is wrong or tells too little (standard error says what to do), 2 wrong usage.)";
 
@@ -101,7 +102,8 @@ LensParameters guess(const LensSize& size, const ModelParameters& model, double 
   return lens;
 }
 
-RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes, double field_rad, const RigParameters* before) {
+RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes, double field_rad,
+                     const RigParameters* before) {
   RigParameters rig;
   if (before != nullptr) rig.nits_per_unit = before->nits_per_unit;
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
@@ -145,8 +147,8 @@ std::string json_of(const LensFit& lens) {
 }
 
 std::string json_of(const GeometryFit& fit) {
-  std::string out = "{\"rms_px\": " + json_number(fit.bundle.rms_px) + ", \"sigma_px\": " + json_number(fit.bundle.sigma_px) +
-                    ",\n \"lenses\": [";
+  std::string out = "{\"rms_px\": " + json_number(fit.bundle.rms_px) +
+                    ", \"sigma_px\": " + json_number(fit.bundle.sigma_px) + ",\n \"lenses\": [";
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) out += (k > 0 ? ",\n  " : "\n  ") + json_of(fit.lenses[k]);
   out += "]";
   if (fit.lenses.size() > 1) {
@@ -156,27 +158,29 @@ std::string json_of(const GeometryFit& fit) {
     for (std::size_t i = 0; i < 6; ++i) sigmas.push_back(std::sqrt(fit.pair_covariance[7 * i]));
     out += ",\n \"lens1_lens0_cv\": {\"translation_m\": " + json_numbers(std::array{t.x, t.y, t.z}) +
            ", \"rotation_xyzw\": " + json_numbers(std::array{q.x, q.y, q.z, q.w}) +
-           ", \"sigma_rotation_rad_translation_m\": " + json_numbers(sigmas) + "},\n \"time_offset_s\": " +
-           json_number(fit.time_offset_s) + ", \"time_offset_sigma_s\": " + json_number(fit.time_offset_sigma_s);
+           ", \"sigma_rotation_rad_translation_m\": " + json_numbers(sigmas) +
+           "},\n \"time_offset_s\": " + json_number(fit.time_offset_s) +
+           ", \"time_offset_sigma_s\": " + json_number(fit.time_offset_sigma_s);
   }
   return out + "}\n";
 }
 
 void print_words(const GeometryFit& fit) {
-  std::printf("%.3f px RMS over %zu points; noise of a coordinate %.3f px\n", fit.bundle.rms_px, fit.bundle.residuals.size(),
-              fit.bundle.sigma_px);
+  std::printf("%.3f px RMS over %zu points; noise of a coordinate %.3f px\n", fit.bundle.rms_px,
+              fit.bundle.residuals.size(), fit.bundle.sigma_px);
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
     const LensFit& lens = fit.lenses[k];
     const std::vector<double> numbers = numbers_of(lens.model);
-    std::printf("lens %zu: fx %.3f +- %.3f, fy %.3f +- %.3f px; seen to %.1f degrees; directions to %.4f degrees (3 sigma)\n", k, numbers[0],
-                std::sqrt(lens.covariance[0]), numbers[1], std::sqrt(lens.covariance[numbers.size() + 1]), lens.seen_rad / kDegree,
-                lens.direction_uncertainty_rad / kDegree);
+    std::printf(
+        "lens %zu: fx %.3f +- %.3f, fy %.3f +- %.3f px; seen to %.1f degrees; directions to %.4f degrees (3 sigma)\n",
+        k, numbers[0], std::sqrt(lens.covariance[0]), numbers[1], std::sqrt(lens.covariance[numbers.size() + 1]),
+        lens.seen_rad / kDegree, lens.direction_uncertainty_rad / kDegree);
   }
   if (fit.lenses.size() > 1) {
     const std::vector<double>& c = fit.pair_covariance;
-    std::printf("pair: %.3f mm apart +- %.3f mm, turned to +- %.4f degrees; lens 1 is %.3f +- %.3f ms late\n", 1e3 * length(fit.pair.translation),
-                1e3 * std::sqrt(c[21] + c[28] + c[35]), std::sqrt(c[0] + c[7] + c[14]) / kDegree, 1e3 * fit.time_offset_s,
-                1e3 * fit.time_offset_sigma_s);
+    std::printf("pair: %.3f mm apart +- %.3f mm, turned to +- %.4f degrees; lens 1 is %.3f +- %.3f ms late\n",
+                1e3 * length(fit.pair.translation), 1e3 * std::sqrt(c[21] + c[28] + c[35]),
+                std::sqrt(c[0] + c[7] + c[14]) / kDegree, 1e3 * fit.time_offset_s, 1e3 * fit.time_offset_sigma_s);
   }
 }
 
@@ -193,10 +197,13 @@ int geometry_command(std::span<char* const> arguments) {
   app.add_option("--output", output, "The rig in text format; replaced whole or not at all")->required();
   app.add_option("--model", model, "kannala-brandt, double-sphere or mei [kannala-brandt]")
       ->check(CLI::IsMember({"kannala-brandt", "double-sphere", "mei"}));
-  app.add_option("--field-deg", field_deg, "Field of view of the lenses; without it they end where boards were seen")->check(CLI::Range(1.0, 360.0));
-  app.add_option("--calibration", calibration, "A rig whose photometry is kept, and says what picture values mean [sRGB]");
+  app.add_option("--field-deg", field_deg, "Field of view of the lenses; without it they end where boards were seen")
+      ->check(CLI::Range(1.0, 360.0));
+  app.add_option("--calibration", calibration,
+                 "A rig whose photometry is kept, and says what picture values mean [sRGB]");
   app.add_option("--report", report, "A picture of points and residuals, .png or .svg");
-  app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures a second, of a rig that moves; asked for by --time-offset")->check(CLI::PositiveNumber);
+  app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures a second, of a rig that moves; asked for by --time-offset")
+      ->check(CLI::PositiveNumber);
   app.add_flag("--time-offset", offset, "Find how much later lens 1 takes its pictures");
   bool done = false;
   if (const int status = parse(app, arguments, done); done) return status;
@@ -227,7 +234,9 @@ int geometry_command(std::span<char* const> arguments) {
     known.push_back(guess(seen->lenses[k], fit->lenses[k].model, std::min(half, fit->lenses[k].largest_rad)));
   seen = read_sightings(in.pictures, &known, shown_progress("looking again at the edges"));
   if (!seen) return fail("geometry", seen.status());
-  options.kind = model == "mei" ? LensKind::mei : model == "double-sphere" ? LensKind::double_sphere : LensKind::kannala_brandt;
+  options.kind = model == "mei"             ? LensKind::mei
+                 : model == "double-sphere" ? LensKind::double_sphere
+                                            : LensKind::kannala_brandt;
   fit = calibrate_geometry(*seen, options);
   if (!fit) return fail("geometry", fit.status());
 
@@ -236,15 +245,18 @@ int geometry_command(std::span<char* const> arguments) {
   for (const std::string& note : fit->notes) std::cerr << "lightwell-calibrate geometry: " << note << "\n";
   for (std::size_t k = 0; k < rig.lenses.size(); ++k)
     if (fit->lenses[k].seen_rad < 0.95 * rig.lenses[k].max_angle_rad)
-      std::cerr << "lightwell-calibrate geometry: lens " << k << " saw boards up to " << fit->lenses[k].seen_rad / kDegree
-                << " degrees from its axis; beyond, up to " << rig.lenses[k].max_angle_rad / kDegree
+      std::cerr << "lightwell-calibrate geometry: lens " << k << " saw boards up to "
+                << fit->lenses[k].seen_rad / kDegree << " degrees from its axis; beyond, up to "
+                << rig.lenses[k].max_angle_rad / kDegree
                 << ", the model only continues: show the board nearer to the edge\n";
   if (const Status s = write_atomically(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
   if (!report.empty()) {
     std::vector<Coverage> covered;
     for (std::size_t k = 0; k < rig.lenses.size(); ++k)
       covered.push_back(coverage(fit->used, static_cast<int>(k), circle_of(rig.lenses[k])));
-    if (const Status s = draw_lenses(fit->used, covered, fit->bundle.residuals, "lightwell-calibrate geometry: " + output, report); !s.ok())
+    if (const Status s =
+            draw_lenses(fit->used, covered, fit->bundle.residuals, "lightwell-calibrate geometry: " + output, report);
+        !s.ok())
       return fail("geometry", s);
   }
   if (in.json)
@@ -262,7 +274,8 @@ int coverage_command(std::span<char* const> arguments) {
   double circle_px = 0;
   bool watch = false;
   add_inputs(app, in);
-  app.add_option("--field-circle-px", circle_px, "Radius of the picture's circle; outside nothing is asked for")->check(CLI::PositiveNumber);
+  app.add_option("--field-circle-px", circle_px, "Radius of the picture's circle; outside nothing is asked for")
+      ->check(CLI::PositiveNumber);
   app.add_option("--picture", picture, "Draw it, .png or .svg; written anew each time");
   app.add_flag("--watch", watch, "Look again every two seconds until nothing is lacking");
   bool done = false;
@@ -270,7 +283,8 @@ int coverage_command(std::span<char* const> arguments) {
   in.pictures.lenses = {in.lens0};
   if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
   for (;;) {
-    const Result<Sightings> seen = read_sightings(in.pictures, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : shown_progress("looking for tags"));
+    const Result<Sightings> seen = read_sightings(
+        in.pictures, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : shown_progress("looking for tags"));
     if (!seen && !(watch && seen.status().code() == StatusCode::not_found)) return fail("coverage", seen.status());
     bool lacking = !seen.ok();
     if (seen) {
@@ -281,19 +295,22 @@ int coverage_command(std::span<char* const> arguments) {
         const std::vector<std::string> next = advice(all.back());
         lacking = lacking || !next.empty();
         if (in.json) {
-          json += (lens > 0 ? ", " : "") + std::string("{\"lens\": ") + std::to_string(lens) + ", \"share\": " + json_number(all.back().share()) +
+          json += (lens > 0 ? ", " : "") + std::string("{\"lens\": ") + std::to_string(lens) +
+                  ", \"share\": " + json_number(all.back().share()) +
                   ", \"pictures\": " + std::to_string(all.back().with_board) + ", \"advice\": [";
           for (std::size_t i = 0; i < next.size(); ++i) json += (i > 0 ? ", " : "") + json_string(next[i]);
           json += "]}";
           continue;
         }
-        std::printf("lens %d: %d %% of the picture known from %d pictures\n", lens, static_cast<int>(100 * all.back().share()), all.back().with_board);
+        std::printf("lens %d: %d %% of the picture known from %d pictures\n", lens,
+                    static_cast<int>(100 * all.back().share()), all.back().with_board);
         for (const std::string& words : next) std::printf("  %s\n", words.c_str());
       }
       if (in.json) std::printf("[%s]\n", json.c_str());
       std::fflush(stdout);
       if (!picture.empty())
-        if (const Status s = draw_lenses(*seen, all, {}, "lightwell-calibrate coverage", picture); !s.ok()) return fail("coverage", s);
+        if (const Status s = draw_lenses(*seen, all, {}, "lightwell-calibrate coverage", picture); !s.ok())
+          return fail("coverage", s);
     }
     if (!lacking) return kDone;
     if (!watch) return kLacking;

@@ -8,12 +8,14 @@ namespace lightwell::calibrate {
 namespace {
 
 constexpr double kPanel = 640, kMargin = 40, kEnlarged = 100;
-constexpr eval::Ink kFrame{60, 60, 60}, kPoint{60, 110, 190}, kMiss{200, 60, 40}, kLack{230, 150, 150}, kText{30, 30, 30};
+constexpr eval::Ink kFrame{60, 60, 60}, kPoint{60, 110, 190}, kMiss{200, 60, 40}, kLack{230, 150, 150},
+    kText{30, 30, 30};
 
 }  // namespace
 
 Status draw_lenses(const calibration::Sightings& s, std::span<const calibration::Coverage> coverage,
-                   std::span<const calibration::Residual> residuals, const std::string& title, const std::string& path) {
+                   std::span<const calibration::Residual> residuals, const std::string& title,
+                   const std::string& path) {
   eval::Chart chart;
   chart.width = kMargin + static_cast<double>(s.lenses.size()) * (kPanel + kMargin);
   chart.words.push_back({title, {kMargin, 28}, 16, kText, eval::Anchor::start, true});
@@ -35,7 +37,8 @@ Status draw_lenses(const calibration::Sightings& s, std::span<const calibration:
         chart.strokes.push_back({{{x0 + 4, y1 - 4}, {x1 - 4, y0 + 4}}, kLack, 3, false});
       }
     }
-    chart.strokes.push_back({{{left, top}, {right, top}, {right, bottom}, {left, bottom}, {left, top}}, kFrame, 1.5, false});
+    chart.strokes.push_back(
+        {{{left, top}, {right, top}, {right, bottom}, {left, bottom}, {left, top}}, kFrame, 1.5, false});
     std::size_t points = 0;
     for (const calibration::Picture& p : s.pictures) {
       if (static_cast<std::size_t>(p.lens) != lens) continue;
@@ -48,16 +51,27 @@ Status draw_lenses(const calibration::Sightings& s, std::span<const calibration:
       const calibration::Picture& p = s.pictures[static_cast<std::size_t>(r.picture)];
       if (static_cast<std::size_t>(p.lens) != lens) continue;
       const PixelPosition& from = p.sightings[static_cast<std::size_t>(r.sighting)].pixel;
-      chart.strokes.push_back({{at(from.x, from.y), at(from.x + kEnlarged * r.x_px, from.y + kEnlarged * r.y_px)}, kMiss, 0.8, false});
+      chart.strokes.push_back(
+          {{at(from.x, from.y), at(from.x + kEnlarged * r.x_px, from.y + kEnlarged * r.y_px)}, kMiss, 0.8, false});
     }
-    chart.words.push_back({"lens " + std::to_string(lens) + ": " + std::to_string(c.with_board) + " pictures, " + std::to_string(points) +
-                               " points, " + std::to_string(static_cast<int>(100 * c.share())) + " % of the cells known",
-                           {left, top - 10}, 13, kText, eval::Anchor::start, false});
+    chart.words.push_back({"lens " + std::to_string(lens) + ": " + std::to_string(c.with_board) + " pictures, " +
+                               std::to_string(points) + " points, " +
+                               std::to_string(static_cast<int>(100 * c.share())) + " % of the cells known",
+                           {left, top - 10},
+                           13,
+                           kText,
+                           eval::Anchor::start,
+                           false});
   }
   chart.height = lowest + 50;
-  chart.words.push_back({std::string("points in blue; crosses: cells that fewer than ") + std::to_string(calibration::Coverage::kEnough) +
-                             " pictures show a point in" + (residuals.empty() ? "" : "; red lines: residuals, 100 times enlarged"),
-                         {kMargin, lowest + 28}, 13, kText, eval::Anchor::start, false});
+  chart.words.push_back({std::string("points in blue; crosses: cells that fewer than ") +
+                             std::to_string(calibration::Coverage::kEnough) + " pictures show a point in" +
+                             (residuals.empty() ? "" : "; red lines: residuals, 100 times enlarged"),
+                         {kMargin, lowest + 28},
+                         13,
+                         kText,
+                         eval::Anchor::start,
+                         false});
   return path.ends_with(".svg") ? eval::write_svg(chart, path) : eval::write_png(chart, path);
 }
 

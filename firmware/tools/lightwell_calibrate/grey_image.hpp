@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <lightwell/result.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 #include "pose/grey_picture.hpp"
 

@@ -80,7 +80,8 @@ Status take(const std::string& option, const std::string& value, Arguments& out)
 }
 
 Result<Arguments> parse(std::span<char* const> arguments) {
-  const Result<std::vector<Word>> words = words_of(arguments, {"--output", "--kind", "--camera", "--max-angle-deg"}, {"--json"});
+  const Result<std::vector<Word>> words =
+      words_of(arguments, {"--output", "--kind", "--camera", "--max-angle-deg"}, {"--json"});
   if (!words) return words.status();
   Arguments out;
   for (const auto& [option, value] : *words) {
@@ -130,11 +131,12 @@ std::string json_of(const Arguments& arguments, const ImportedCalibration& impor
     char numbers[96];
     std::snprintf(numbers, sizeof numbers, "\"width\": %d, \"height\": %d, \"max_angle_deg\": %.9g", lens.width,
                   lens.height, lens.max_angle_rad / kDegree);
-    out += (i > 0 ? ",\n  " : "\n  ") + std::string("{\"camera\": ") + json_string(imported.cameras[i]) + ", \"model\": \"" +
-           std::string(model_name(lens.model)) + "\", " + numbers + "}";
+    out += (i > 0 ? ",\n  " : "\n  ") + std::string("{\"camera\": ") + json_string(imported.cameras[i]) +
+           ", \"model\": \"" + std::string(model_name(lens.model)) + "\", " + numbers + "}";
   }
   out += "],\n \"notes\": [";
-  for (std::size_t i = 0; i < imported.notes.size(); ++i) out += (i > 0 ? ",\n  " : "\n  ") + json_string(imported.notes[i]);
+  for (std::size_t i = 0; i < imported.notes.size(); ++i)
+    out += (i > 0 ? ",\n  " : "\n  ") + json_string(imported.notes[i]);
   return out + "]}\n";
 }
 

@@ -20,10 +20,13 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"board", "a board of tags to print, true to scale", lightwell::calibrate::board_command},
-    {"marker-sheet", "a body of paper with tags that light is read from, to print and fold", lightwell::calibrate::marker_sheet_command},
+    {"marker-sheet", "a body of paper with tags that light is read from, to print and fold",
+     lightwell::calibrate::marker_sheet_command},
     {"coverage", "which part of the picture still lacks views of the board", lightwell::calibrate::coverage_command},
-    {"geometry", "lenses, and how two stand to each other, from pictures of boards", lightwell::calibrate::geometry_command},
-    {"photometry", "response, black level, noise, vignetting, white balance, scale", lightwell::calibrate::photometry_command},
+    {"geometry", "lenses, and how two stand to each other, from pictures of boards",
+     lightwell::calibrate::geometry_command},
+    {"photometry", "response, black level, noise, vignetting, white balance, scale",
+     lightwell::calibrate::photometry_command},
     {"mounting", "where in the room the probe is, from tags in view", lightwell::calibrate::mounting_command},
     {"import", "a calibration of OpenCV's, Kalibr's or ROS's", lightwell::calibrate::import_command},
 };
@@ -31,10 +34,11 @@ constexpr Command kCommands[] = {
 void print_help(std::FILE* to) {
   std::fprintf(to, "lightwell-calibrate: what each pixel of a camera means, a direction and a radiance.\n\n");
   for (const Command& c : kCommands) std::fprintf(to, "  lightwell-calibrate %-12s %s\n", c.name, c.what);
-  std::fprintf(to,
-               "\nEach has a --help with examples. A camera from nothing: board, print it; coverage, while taking pictures;\n"
-               "geometry; photometry; mounting, once it hangs.\n"
-               "Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.\n");
+  std::fprintf(
+      to,
+      "\nEach has a --help with examples. A camera from nothing: board, print it; coverage, while taking pictures;\n"
+      "geometry; photometry; mounting, once it hangs.\n"
+      "Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.\n");
 }
 
 }  // namespace
@@ -43,7 +47,8 @@ int main(int argc, char** argv) {
   const char* wanted = argc > 1 ? argv[1] : "";
   if (std::strcmp(wanted, "--help") == 0 || std::strcmp(wanted, "-h") == 0) return print_help(stdout), 0;
   for (const Command& c : kCommands)
-    if (std::strcmp(wanted, c.name) == 0) return c.run(std::span<char* const>(argv + 2, static_cast<std::size_t>(argc - 2)));
+    if (std::strcmp(wanted, c.name) == 0)
+      return c.run(std::span<char* const>(argv + 2, static_cast<std::size_t>(argc - 2)));
   if (argc > 1) std::fprintf(stderr, "lightwell-calibrate: there is no '%s'\n\n", wanted);
   print_help(stderr);
   return 2;

@@ -144,14 +144,17 @@ class Unfolding {
   };
 
   /// The blunt tab where it has room, one with pointed ends in a narrow gap.
-  [[nodiscard]] std::optional<Choice> tab_on(std::size_t on, std::size_t edge, std::size_t under, std::vector<Piece>& pieces) const {
+  [[nodiscard]] std::optional<Choice> tab_on(std::size_t on, std::size_t edge, std::size_t under,
+                                             std::vector<Piece>& pieces) const {
     for (Piece& piece : pieces) {
-      const auto placed = std::find_if(piece.faces.begin(), piece.faces.end(), [&](const NetFace& f) { return f.face == on; });
+      const auto placed =
+          std::find_if(piece.faces.begin(), piece.faces.end(), [&](const NetFace& f) { return f.face == on; });
       if (placed == piece.faces.end()) continue;
       const auto [from, to] = edge_of(*placed, edge);
       const double length = std::hypot(to.x - from.x, to.y - from.y), deep = std::min(kDeepestTab, kTabShare * length);
       const double ux = (to.x - from.x) / length, uy = (to.y - from.y) / length;
-      // An outline is counter-clockwise as one looks at it: outside is to the right, in an y that grows downwards (-uy, ux).
+      // An outline is counter-clockwise as one looks at it: outside is to the right, in an y that grows downwards (-uy,
+      // ux).
       for (const double end_deg : {60.0, 45.0, 32.0}) {
         const double in = deep / std::tan(end_deg * std::numbers::pi / 180);
         const Outline outline = {from,
@@ -209,8 +212,8 @@ class Unfolding {
   const std::vector<SharedEdge>& edges_;
 };
 
-/// Faces of `allowed` in the order in which one comes to them from the first, each hung on the first neighbour that was reached. Empty
-/// where some cannot be reached.
+/// Faces of `allowed` in the order in which one comes to them from the first, each hung on the first neighbour that was
+/// reached. Empty where some cannot be reached.
 Tree tree_over(const std::vector<std::size_t>& allowed, const std::vector<SharedEdge>& edges) {
   Tree out = {{allowed[0], allowed[0]}};
   for (std::size_t done = 0; done < out.size(); ++done)
@@ -230,8 +233,8 @@ std::vector<std::vector<Tree>> ways(std::size_t faces, const std::vector<SharedE
   std::vector<std::size_t> all(faces);
   std::iota(all.begin(), all.end(), std::size_t{0});
   if (faces == 6) {
-    groups.push_back({{1, 0, 2, 4, 5, 3}});        // A cross.
-    groups.push_back({{1, 0, 5}, {3, 2, 4}});      // Two strips around each other.
+    groups.push_back({{1, 0, 2, 4, 5, 3}});    // A cross.
+    groups.push_back({{1, 0, 5}, {3, 2, 4}});  // Two strips around each other.
   } else if (faces > 6 && faces % 2 == 0) {
     const auto middle = all.begin() + static_cast<std::ptrdiff_t>(faces / 2);
     groups.push_back({{all.begin(), middle}, {all.rbegin(), std::make_reverse_iterator(middle)}});
@@ -242,7 +245,8 @@ std::vector<std::vector<Tree>> ways(std::size_t faces, const std::vector<SharedE
   for (const auto& way : groups) {
     std::vector<Tree> trees;
     for (const auto& group : way) trees.push_back(tree_over(group, edges));
-    if (std::none_of(trees.begin(), trees.end(), [](const Tree& t) { return t.empty(); })) out.push_back(std::move(trees));
+    if (std::none_of(trees.begin(), trees.end(), [](const Tree& t) { return t.empty(); }))
+      out.push_back(std::move(trees));
   }
   return out;
 }
@@ -257,7 +261,8 @@ void move(Piece& piece, double dx, double dy) {
   piece.box.x0 += dx, piece.box.x1 += dx, piece.box.y0 += dy, piece.box.y1 += dy;
 }
 
-/// Rows of pieces from the top left, a new page where one is full; each page's are then moved to its middle. Empty where one is too large.
+/// Rows of pieces from the top left, a new page where one is full; each page's are then moved to its middle. Empty
+/// where one is too large.
 std::vector<NetPage> packed(std::vector<Piece> pieces, double width, double height) {
   const double room_x = width - 2 * kSheetEdge, room_y = height - 2 * kSheetEdge - kNetFooter;
   std::vector<std::vector<Piece>> pages(1);
@@ -303,7 +308,8 @@ std::optional<Net> fitted(const MarkerBody& body, const Paper& paper) {
       const auto pieces = unfolding.pieces(trees, turn * std::numbers::pi / 180);
       if (!pieces) continue;
       for (const bool landscape : {false, true}) {
-        Net net{packed(*pieces, landscape ? paper.height_mm : paper.width_mm, landscape ? paper.width_mm : paper.height_mm)};
+        Net net{packed(*pieces, landscape ? paper.height_mm : paper.width_mm,
+                       landscape ? paper.width_mm : paper.height_mm)};
         if (!net.pages.empty() && (!best || net.pages.size() < best->pages.size())) best = std::move(net);
       }
     }

@@ -2,7 +2,8 @@
 //   shared_edges   which faces of a body meet where
 //   make_net       the body on sheets of one kind of paper
 //
-// A sheet's millimetres are page.hpp's: from the top left, y downwards. Turns are counter-clockwise as one looks at the print.
+// A sheet's millimetres are page.hpp's: from the top left, y downwards. Turns are counter-clockwise as one looks at the
+// print.
 #pragma once
 
 #include <array>
@@ -64,8 +65,9 @@ struct Net {
 /// Below the net, for words and ruler, mm.
 inline constexpr double kNetFooter = 31;
 
-/// The body in as few pieces as fit: a cube in one or two, others with an upper and a lower half, at last each face by itself. Each
-/// edge is a fold, or cut with one tab. Pieces of a page do not touch. invalid_argument where not even one face fits.
+/// The body in as few pieces as fit: a cube in one or two, others with an upper and a lower half, at last each face by
+/// itself. Each edge is a fold, or cut with one tab. Pieces of a page do not touch. invalid_argument where not even one
+/// face fits.
 [[nodiscard]] Result<Net> make_net(const MarkerBody& body, const Paper& paper);
 
 /// The largest number by which all lengths of the body may be multiplied and still fit, to a thousandth, downwards.

@@ -20,39 +20,45 @@ namespace lightwell::calibrate {
 
 namespace {
 
-constexpr const char* kHelp = R"(lightwell-calibrate marker-sheet: a body with AprilTags to print, cut and fold, that light is read from.
+constexpr const char* kHelp =
+    R"(lightwell-calibrate marker-sheet: a body with AprilTags to print, cut and fold, that light is read from.
 
   lightwell-calibrate marker-sheet --output sheet.pdf --output body.textproto
   lightwell-calibrate marker-sheet --body dodecahedron --size-mm 100 --paper-kind grey --paper a4 --output sheet.pdf
   lightwell-calibrate marker-sheet --body ball --size-mm 40 --output sheet.pdf --output ball.textproto
   lightwell-calibrate marker-sheet --size-mm 100 --ruler-mm 98.7 --output body.textproto
 
-  --body B             dodecahedron, cube, icosahedron, or ball: a tag on a sheet with a matt ball behind it [dodecahedron]
+  --body B             dodecahedron, cube, icosahedron, or ball: a tag on a sheet with a matt ball behind it
+                       [dodecahedron]
   --size-mm S          from a face to the one opposite; of a ball its diameter [100; cube 60, ball 40]
-  --paper-kind K       white: all of a face is paper. grey: the quadrants around each tag are 100, 75, 50 and 25 % of the
-                       paper's white, for lamps so bright that white paper saturates [white]
+  --paper-kind K       white: all of a face is paper. grey: the quadrants around each tag are 100, 75, 50 and 25 % of
+                       the paper's white, for lamps so bright that white paper saturates [white]
   --paper P            a4, a3 or letter [a4]
   --family F           tag36h11 or tagStandard41h12 [tag36h11]
   --first-id N         number of face 0's tag; the others follow. Two bodies in one room need numbers of their own [0]
   --tag-size-mm T      between the corners that are detected [by the face; 24 for a dodecahedron of 100 mm]
   --ruler-mm R         what the ruler of the printed sheet measures: the .textproto becomes that print's [100]
   --dpi D              of PNGs [300]
-  --output FILE        .pdf (all pages) or .svg (vectors), .png, or .textproto (the body, for lightwelld --estimator marker). May be given
-                       several times. Of several pages SVG and PNG make a file each: sheet-1.svg, sheet-2.svg
-  --json               what was laid out where, as JSON on standard output: mm from the top left of the page, y downwards
+  --output FILE        .pdf (all pages) or .svg (vectors), .png, or .textproto (the body, for lightwelld --estimator
+                       marker). May be given several times. Of several pages SVG and PNG make a file each: sheet-1.svg,
+                       sheet-2.svg
+  --json               what was laid out where, as JSON on standard output: mm from the top left of the page, y down
   --help               this text
 
 How to make one:
-  1. Print at 100 % ("actual size") on matt white paper or card of 160 to 200 g. Glossy paper mirrors the lamp, thin paper bulges.
-  2. Measure the ruler. Where it is not 100 mm: print anew without "fit to page", or give what it measures as --ruler-mm and write the
-     .textproto anew. An error of 1 % here is one of 1 % in every distance.
+  1. Print at 100 % ("actual size") on matt white paper or card of 160 to 200 g. Glossy paper mirrors the lamp, thin
+     paper bulges.
+  2. Measure the ruler. Where it is not 100 mm: print anew without "fit to page", or give what it measures as --ruler-mm
+     and write the .textproto anew. An error of 1 % here is one of 1 % in every distance.
   3. Score the dashed lines with a blunt knife along a ruler, cut along the solid ones.
-  4. Fold every dashed line away from the print. Glue each tab beneath the face whose number it bears, flush with its edge. Numbers of
-     faces stand small below and to the left of the tags, underlined. Glue the last face with all tabs that are left at once.
+  4. Fold every dashed line away from the print. Glue each tab beneath the face whose number it bears, flush with its
+     edge. Numbers of faces stand small below and to the left of the tags, underlined. Glue the last face with all tabs
+     that are left at once.
   5. A ball: paint it matt white, glue it onto the cross, lay the sheet flat.
-  6. Greys: printers differ, by tens of per cent. Before folding photograph the sheet lying in even light, with a camera whose response is
-     known (lightwell-calibrate photometry). A quadrant's linear value, divided by the blank paper's beside it, times 0.80, is
-     its albedo: write that into the .textproto. Its picture value is the sRGB encoding of albedo / 0.80: 255, 225, 188, 137.
+  6. Greys: printers differ, by tens of per cent. Before folding photograph the sheet lying in even light, with a camera
+     whose response is known (lightwell-calibrate photometry). A quadrant's linear value, divided by the blank paper's
+     beside it, times 0.80, is its albedo: write that into the .textproto. Its picture value is the sRGB encoding of
+     albedo / 0.80: 255, 225, 188, 137.
 
 Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
 )";
@@ -86,9 +92,12 @@ struct Arguments {
 bool is_body_file(const std::string& path) { return path.ends_with(".textproto"); }
 
 Result<Arguments> parse(std::span<char* const> words) {
-  static const std::vector<std::string_view> kKnown = {"--body",     "--size-mm",  "--paper-kind",  "--paper",    "--family",
-                                                       "--first-id", "--dpi",      "--tag-size-mm", "--ruler-mm", "--output"};
-  const auto usage = [](const std::string& what) { return Status(StatusCode::invalid_argument, what + "; see --help"); };
+  static const std::vector<std::string_view> kKnown = {"--body",     "--size-mm",  "--paper-kind", "--paper",
+                                                       "--family",   "--first-id", "--dpi",        "--tag-size-mm",
+                                                       "--ruler-mm", "--output"};
+  const auto usage = [](const std::string& what) {
+    return Status(StatusCode::invalid_argument, what + "; see --help");
+  };
   const Result<std::vector<Word>> all = words_of(words, kKnown, {"--json"});
   if (!all) return all.status();
   Arguments out;
@@ -105,7 +114,8 @@ Result<Arguments> parse(std::span<char* const> words) {
     }
     if (option.empty()) return usage("what is '" + value + "'?");
     if (option == "--body") {
-      const auto body = std::find_if(kBodies.begin(), kBodies.end(), [&](const BodyName& b) { return b.name == value; });
+      const auto body =
+          std::find_if(kBodies.begin(), kBodies.end(), [&](const BodyName& b) { return b.name == value; });
       if (body == kBodies.end())
         return usage("--body: '" + value + "' is not known; dodecahedron, cube, icosahedron and ball are");
       out.body = *body;
@@ -170,8 +180,8 @@ Result<MarkerBody> make_body(const Arguments& arguments, double size_m, double t
   return make_dodecahedron(options);
 }
 
-/// As it is printed at 100 %, and as it is where the ruler measures something else. A ball is bought, not printed: it keeps its size,
-/// and so does the sheet's place beneath it but for where the tag is.
+/// As it is printed at 100 %, and as it is where the ruler measures something else. A ball is bought, not printed: it
+/// keeps its size, and so does the sheet's place beneath it but for where the tag is.
 Result<MarkerBody> body_of(const Arguments& arguments) {
   const double size = arguments.size() / 1000;
   Result<MarkerBody> nominal = make_body(arguments, size, arguments.tag_size_mm.value_or(0) / 1000);
@@ -195,7 +205,8 @@ std::string page_path(const std::string& path, std::size_t page, std::size_t pag
   return path.substr(0, path.size() - 4) + "-" + std::to_string(page + 1) + path.substr(path.size() - 4);
 }
 
-std::string to_json(const Arguments& arguments, const MarkerBody& body, const Net& net, const std::vector<std::string>& files) {
+std::string to_json(const Arguments& arguments, const MarkerBody& body, const Net& net,
+                    const std::vector<std::string>& files) {
   const auto id = [&](std::size_t face) { return std::to_string(body.faces[face].tag_id); };
   const auto point = [](PagePoint p) { return json_numbers(std::array{p.x, p.y}); };
   const auto list = [](const auto& items, const auto& one) {
@@ -204,14 +215,25 @@ std::string to_json(const Arguments& arguments, const MarkerBody& body, const Ne
     return "[" + out + "]";
   };
   const auto page = [&](const NetPage& p) {
-    return "{\"sheet_mm\": " + json_numbers(std::array{p.width, p.height}) + ", \"faces\": " + list(p.faces, [&](const NetFace& f) {
-             return "{\"tag_id\": " + id(f.face) + ", \"center_mm\": " + point(f.center) +
-                    ", \"turn_deg\": " + json_number(f.turn_rad * 180 / std::numbers::pi) + "}";
-           }) + ", \"folds\": " + list(p.folds, [&](const NetFold& f) {
-             return "{\"between\": [" + id(f.a) + ", " + id(f.b) + "], \"from_mm\": " + point(f.from) + ", \"to_mm\": " + point(f.to) + "}";
-           }) + ", \"tabs\": " + list(p.tabs, [&](const NetTab& t) {
-             return "{\"on\": " + id(t.on) + ", \"under\": " + id(t.under) + ", \"outline_mm\": " + list(t.outline, point) + "}";
-           }) + "}";
+    return "{\"sheet_mm\": " + json_numbers(std::array{p.width, p.height}) + ", \"faces\": " +
+           list(p.faces,
+                [&](const NetFace& f) {
+                  return "{\"tag_id\": " + id(f.face) + ", \"center_mm\": " + point(f.center) +
+                         ", \"turn_deg\": " + json_number(f.turn_rad * 180 / std::numbers::pi) + "}";
+                }) +
+           ", \"folds\": " +
+           list(p.folds,
+                [&](const NetFold& f) {
+                  return "{\"between\": [" + id(f.a) + ", " + id(f.b) + "], \"from_mm\": " + point(f.from) +
+                         ", \"to_mm\": " + point(f.to) + "}";
+                }) +
+           ", \"tabs\": " +
+           list(p.tabs,
+                [&](const NetTab& t) {
+                  return "{\"on\": " + id(t.on) + ", \"under\": " + id(t.under) +
+                         ", \"outline_mm\": " + list(t.outline, point) + "}";
+                }) +
+           "}";
   };
   return "{\"name\": " + json_string(body.name) + ", \"size_m\": " + json_number(arguments.size() / 1000) +
          ", \"tag_family\": " + json_string(body.tag_family) + ", \"tag_size_m\": " + json_number(body.tag_size_m) +

@@ -117,17 +117,21 @@ void draw_words(const MarkerBody& body, const Net& net, std::size_t index, Page&
     line("Cut along solid lines and lay it flat. Glue a matt white ball of " + brief(2000 * body.ball->radius_m) +
          " mm onto the cross.");
   else
-    line("Cut solid lines, fold dashed ones away from the print, glue each tab beneath the face whose number it bears.");
+    line(
+        "Cut solid lines, fold dashed ones away from the print, glue each tab beneath the face whose number it bears.");
   bool grey = false;
   for (const MarkerFace& face : body.faces)
     for (const MarkerPatch& patch : face.patches) grey = grey || printed_grey(patch.albedo[1]) < 1;
-  if (grey) line("Printers differ: the greys' albedos must be checked, and put right in the body file (marker-sheet --help).");
+  if (grey)
+    line("Printers differ: the greys' albedos must be checked, and put right in the body file (marker-sheet --help).");
   draw_ruler(kSheetEdge + 2, page.height - kSheetEdge - 1.5, page);
 }
 
 }  // namespace
 
-double printed_grey(double albedo) { return albedo >= kPaperAlbedo ? 1 : linear_to_srgb(std::max(0.0, albedo / kPaperAlbedo)); }
+double printed_grey(double albedo) {
+  return albedo >= kPaperAlbedo ? 1 : linear_to_srgb(std::max(0.0, albedo / kPaperAlbedo));
+}
 
 Result<std::vector<Page>> draw_net(const MarkerBody& body, const Net& net) {
   std::vector<Page> out;

@@ -13,10 +13,10 @@
 #include "calibration/response.hpp"
 #include "pose/mounting.hpp"
 #include "pose/tag_detector.hpp"
-#include "tools/lightwell_calibrate/room_tags.hpp"
 #include "tools/lightwell_calibrate/grey_image.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
+#include "tools/lightwell_calibrate/room_tags.hpp"
 #include "tools/lightwell_calibrate/words.hpp"
 
 namespace lightwell::calibrate {
@@ -42,8 +42,8 @@ constexpr const char* kHelp =
   --gravity X,Y,Z      up in the probe's frame, as a resting accelerometer reads it; without pictures all that is known
   --gravity-sigma-deg S   its uncertainty [1]
   --model-error-px E   how far the calibration may be wrong [0.05]
-  --output FILE        the pose with its covariance for `lightwelld --mounting` (or `mounting` of its configuration), which
-                       tells it to its clients; - is standard output. Replaced whole or not at all
+  --output FILE        the pose with its covariance for `lightwelld --mounting` (or `mounting` of its configuration),
+                       which tells it to its clients; - is standard output. Replaced whole or not at all
   --json               pose, covariance and what each tag contributed, as JSON on standard output
   --help               this text
 
@@ -70,7 +70,7 @@ struct Arguments {
 Result<Arguments> parse(std::span<char* const> words) {
   static const std::vector<std::string_view> kKnown = {"--calibration",       "--tags",           "--board",
                                                        "--board-pose",        "--lens",           "--gravity",
-                                                       "--gravity-sigma-deg", "--model-error-px",   "--output"};
+                                                       "--gravity-sigma-deg", "--model-error-px", "--output"};
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };
@@ -181,8 +181,7 @@ Result<std::vector<SeenTag>> tags_in(const PictureArgument& picture, const RigPa
   Result<TagDetector> detector = TagDetector::make(options);
   if (!detector) return detector.status();
   const CameraModel model(lens);
-  const Result<std::vector<TagDetection>> tags =
-      detector->detect(image->view(), &model);
+  const Result<std::vector<TagDetection>> tags = detector->detect(image->view(), &model);
   if (!tags) return tags.status();
   std::vector<SeenTag> out;
   for (const TagDetection& tag : *tags) out.push_back({picture.lens, tag});

@@ -4,11 +4,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <iostream>
 #include <unistd.h>
 
-#include <fcntl.h>
 #include <sys/stat.h>
 
 namespace lightwell::calibrate {

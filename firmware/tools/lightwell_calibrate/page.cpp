@@ -166,7 +166,8 @@ Status write_page_png(const Page& page, double dots_per_inch, const std::string&
   for (const auto& shape : page.shapes) {
     PageArea black;
     for (const Rectangle& r : shape)
-      black.outlines.push_back({{r.x, r.y}, {r.x + r.width, r.y}, {r.x + r.width, r.y + r.height}, {r.x, r.y + r.height}});
+      black.outlines.push_back(
+          {{r.x, r.y}, {r.x + r.width, r.y}, {r.x + r.width, r.y + r.height}, {r.x, r.y + r.height}});
     fill(black);
   }
   cv::Mat grey;

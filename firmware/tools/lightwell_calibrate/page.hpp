@@ -18,7 +18,8 @@ struct PagePoint {
   double x = 0, y = 0;
 };
 
-/// Filled as one shape, so that no hairline shows between outlines that touch. Those that overlap run the same way round.
+/// Filled as one shape, so that no hairline shows between outlines that touch. Those that overlap run the same way
+/// round.
 struct PageArea {
   std::vector<std::vector<PagePoint>> outlines;
   double grey = 0;  ///< sRGB value, 0 black to 1 white.

@@ -52,8 +52,8 @@ std::string json_of(const photometry::NoiseEstimate& n, std::size_t levels) {
 
 std::string json_of(const photometry::VignettingEstimate& v) {
   return "{\"vignetting\": " + json_numbers(v.vignetting) + ", \"covariance\": " + json_numbers(v.covariance) +
-         text(", \"residual\": %s, \"sightings\": %zu, \"outliers\": %d}", json_number(v.residual).c_str(), v.weight.size(),
-              v.outliers);
+         text(", \"residual\": %s, \"sightings\": %zu, \"outliers\": %d}", json_number(v.residual).c_str(),
+              v.weight.size(), v.outliers);
 }
 
 }  // namespace
@@ -76,7 +76,8 @@ std::string json_of(const PhotometryRun& run) {
          ", \"scale\": " +
          or_null(run.scale.has_value(),
                  [&] {
-                   return text("{\"nits_per_unit\": %s, \"deviation\": %s}", json_number(run.scale->nits_per_unit).c_str(),
+                   return text("{\"nits_per_unit\": %s, \"deviation\": %s}",
+                               json_number(run.scale->nits_per_unit).c_str(),
                                json_number(run.scale->deviation).c_str());
                  }) +
          ", \"notes\": [" + notes + "]}\n";

@@ -37,11 +37,12 @@ inline constexpr double kSheetEdge = 7, kRuler = 100;
 /// The dark cells of an upright tag, runs of a row in one; all cells of the tag begin at left, top.
 [[nodiscard]] std::vector<Rectangle> tag_rectangles(const TagBitmap& tag, double left, double top, double cell);
 
-/// kRuler mm from the outside of the first stroke to that of the last; strokes and words stand above the line through y.
+/// kRuler mm from the outside of the first stroke to that of the last; strokes and words stand above the line through
+/// y.
 void draw_ruler(double x, double y, Page& page);
 
-/// A number in bars as on a pocket calculator, around the origin, underlined: upside down a 6 is a 9. y grows downwards. `width` and
-/// `height` are the most that it takes.
+/// A number in bars as on a pocket calculator, around the origin, underlined: upside down a 6 is a 9. y grows
+/// downwards. `width` and `height` are the most that it takes.
 [[nodiscard]] std::vector<Rectangle> digits(int number, double width, double height);
 
 }  // namespace lightwell::calibrate

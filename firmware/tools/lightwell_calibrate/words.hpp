@@ -22,9 +22,10 @@ struct Word {
   std::string value;
 };
 
-/// "--name value" and "--name=value"; those in `flags` stand alone. An option that is in neither is refused with the nearest
-/// one that is. --help (-h) has no value and ends the list.
-[[nodiscard]] Result<std::vector<Word>> words_of(std::span<char* const> arguments, const std::vector<std::string_view>& known,
+/// "--name value" and "--name=value"; those in `flags` stand alone. An option that is in neither is refused with the
+/// nearest one that is. --help (-h) has no value and ends the list.
+[[nodiscard]] Result<std::vector<Word>> words_of(std::span<char* const> arguments,
+                                                 const std::vector<std::string_view>& known,
                                                  const std::vector<std::string_view>& flags);
 
 template <class T>

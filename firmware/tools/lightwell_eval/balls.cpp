@@ -2,9 +2,10 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
+
 #include <lightwell/cap.hpp>
 #include <lightwell/query.hpp>
-#include <numbers>
 
 namespace lightwell::eval {
 namespace {
@@ -78,7 +79,8 @@ BallPictures ball_pictures(const Descriptor& d) {
   RadianceSh blurred = d.radiance;
   for (int l = 0, i = 0; l <= blurred.band; ++l)
     for (; i < sh_count(l); ++i)
-      blurred.c[static_cast<std::size_t>(i)] = blurred.c[static_cast<std::size_t>(i)] * static_cast<float>(factors[static_cast<std::size_t>(l)]);
+      blurred.c[static_cast<std::size_t>(i)] =
+          blurred.c[static_cast<std::size_t>(i)] * static_cast<float>(factors[static_cast<std::size_t>(l)]);
   const bool has_map = d.environment && d.environment->whole();
   const auto rest = [&](const RadianceSh& sh, Vec3f at, double roughness) {
     return has_map ? environment_radiance(*d.environment, at, static_cast<float>(roughness)) : evaluate(sh, at);

@@ -3,8 +3,9 @@
 #pragma once
 
 #include <array>
-#include <lightwell/descriptor.hpp>
 #include <vector>
+
+#include <lightwell/descriptor.hpp>
 
 #include "tools/lightwell_eval/truth.hpp"
 

@@ -4,13 +4,20 @@ namespace lightwell::eval {
 
 std::string_view to_string(Knob knob) {
   switch (knob) {
-    case Knob::setting: return "setting";
-    case Knob::block: return "block";
-    case Knob::band: return "band";
-    case Knob::lights: return "lights";
-    case Knob::epsilon: return "epsilon";
-    case Knob::map: return "map";
-    case Knob::sensor: return "sensor";
+    case Knob::setting:
+      return "setting";
+    case Knob::block:
+      return "block";
+    case Knob::band:
+      return "band";
+    case Knob::lights:
+      return "lights";
+    case Knob::epsilon:
+      return "epsilon";
+    case Knob::map:
+      return "map";
+    case Knob::sensor:
+      return "sensor";
   }
   return "unknown";
 }
@@ -25,7 +32,8 @@ std::vector<Case> all_cases() {
   };
   for (const int width : {640, 320, 1280}) {
     for (const Setting setting : kSettings) {
-      Case& c = add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)), Knob::setting);
+      Case& c =
+          add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)), Knob::setting);
       c.width = width;
       c.height = width * 3 / 4;
       c.config.setting = setting;
@@ -39,7 +47,8 @@ std::vector<Case> all_cases() {
     c.config.epsilon = 0;
   }
   for (const int band : {0, 1, 2, 4}) add("band " + std::to_string(band), Knob::band).config.band = band;
-  for (const int lights : {0, 1, 4, 64}) add("lights " + std::to_string(lights), Knob::lights).config.max_lights = lights;
+  for (const int lights : {0, 1, 4, 64})
+    add("lights " + std::to_string(lights), Knob::lights).config.max_lights = lights;
   for (const double percent : {0.2, 0.5, 2.0, 5.0}) {
     std::string text = std::to_string(percent);
     text.resize(3);

@@ -1,10 +1,11 @@
 // What is swept: cameras, and configurations of the estimator.
 #pragma once
 
-#include <lightwell/config.hpp>
-#include <lightwell/pixel.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/config.hpp>
+#include <lightwell/pixel.hpp>
 
 namespace lightwell::eval {
 
@@ -29,7 +30,9 @@ struct Case {
   bool named = false;  ///< One of the three settings as it is chosen by name.
 
   /// Cases of one camera and sensor compete.
-  [[nodiscard]] bool rivals(const Case& o) const { return width == o.width && height == o.height && sensor == o.sensor; }
+  [[nodiscard]] bool rivals(const Case& o) const {
+    return width == o.width && height == o.height && sensor == o.sensor;
+  }
 };
 
 [[nodiscard]] std::vector<Case> all_cases();

@@ -19,30 +19,43 @@ constexpr const char* kError = "error of the irradiance, RMS %, median of the sc
 /// Colours that differ for the colour-blind too (Okabe & Ito).
 Ink ink_of(Knob knob) {
   switch (knob) {
-    case Knob::setting: return {20, 20, 20};
-    case Knob::block: return {0, 114, 178};
-    case Knob::band: return {213, 94, 0};
-    case Knob::lights: return {0, 158, 115};
-    case Knob::epsilon: return {180, 60, 140};
-    case Knob::map: return {150, 110, 0};
-    case Knob::sensor: return {70, 130, 180};
+    case Knob::setting:
+      return {20, 20, 20};
+    case Knob::block:
+      return {0, 114, 178};
+    case Knob::band:
+      return {213, 94, 0};
+    case Knob::lights:
+      return {0, 158, 115};
+    case Knob::epsilon:
+      return {180, 60, 140};
+    case Knob::map:
+      return {150, 110, 0};
+    case Knob::sensor:
+      return {70, 130, 180};
   }
   return kBlack;
 }
 
 Ink ink_of(MarkerKnob knob) {
   switch (knob) {
-    case MarkerKnob::setting: return {20, 20, 20};
-    case MarkerKnob::decimation: return {0, 114, 178};
-    case MarkerKnob::search: return {180, 60, 140};
-    case MarkerKnob::faces: return {213, 94, 0};
-    case MarkerKnob::order: return {0, 158, 115};
+    case MarkerKnob::setting:
+      return {20, 20, 20};
+    case MarkerKnob::decimation:
+      return {0, 114, 178};
+    case MarkerKnob::search:
+      return {180, 60, 140};
+    case MarkerKnob::faces:
+      return {213, 94, 0};
+    case MarkerKnob::order:
+      return {0, 158, 115};
   }
   return kBlack;
 }
 
 /// Cases of one sensor, by what `cost` says of them.
-std::vector<PanelPoint> points_of(std::span<const Row> rows, Sensor sensor, const std::function<double(const Row&)>& cost) {
+std::vector<PanelPoint> points_of(std::span<const Row> rows, Sensor sensor,
+                                  const std::function<double(const Row&)>& cost) {
   std::vector<PanelPoint> out;
   std::vector<const Case*> cameras;  // one of each that compete
   for (const Row& row : rows) {
@@ -52,17 +65,23 @@ std::vector<PanelPoint> points_of(std::span<const Row> rows, Sensor sensor, cons
     while (rivals < cameras.size() && !cameras[rivals]->rivals(c)) ++rivals;
     if (rivals == cameras.size()) cameras.push_back(&c);
     const bool usual = c.width == 640;
-    out.push_back({c.label, cost(row), 100 * row.rms, ink_of(c.knob), static_cast<int>(rivals), sensor == Sensor::ideal && usual,
-                   c.named, c.named && usual, row.on_front, sensor == Sensor::eight_bit});
+    out.push_back({c.label, cost(row), 100 * row.rms, ink_of(c.knob), static_cast<int>(rivals),
+                   sensor == Sensor::ideal && usual, c.named, c.named && usual, row.on_front,
+                   sensor == Sensor::eight_bit});
   }
   return out;
 }
 
 void legend(Chart& chart) {
   std::vector<LegendEntry> entries;
-  for (const auto& [knob, text] : std::initializer_list<std::pair<Knob, const char*>>{
-           {Knob::setting, "named settings (@ width)"}, {Knob::block, "block size"}, {Knob::band, "band limit"}, {Knob::lights, "most lights"},
-           {Knob::epsilon, "epsilon"}, {Knob::map, "environment map"}, {Knob::sensor, "8-bit sensor"}})
+  for (const auto& [knob, text] :
+       std::initializer_list<std::pair<Knob, const char*>>{{Knob::setting, "named settings (@ width)"},
+                                                           {Knob::block, "block size"},
+                                                           {Knob::band, "band limit"},
+                                                           {Knob::lights, "most lights"},
+                                                           {Knob::epsilon, "epsilon"},
+                                                           {Knob::map, "environment map"},
+                                                           {Knob::sensor, "8-bit sensor"}})
     entries.push_back({text, ink_of(knob), knob == Knob::sensor});
   const double end = draw_legend(entries, {kPanelLeft, 99}, chart);
   chart.words.push_back({"filled: on the front", {end, 99}, 13.5, kGrey});
@@ -80,12 +99,19 @@ void draw_marker(std::span<const MarkerRow> rows, Chart& chart) {
   // Of cases that came to the same, the default's mark is to be seen.
   std::stable_partition(points.begin(), points.end(), [](const PanelPoint& p) { return !p.named; });
   std::array<char, 120> title{};
-  std::snprintf(title.data(), title.size(), "Light from a marker, one picture of %dx%d, 8 bits", rows.front().width, rows.front().height);
-  Panel panel{title.data(), "a followed frame, from the camera's bytes to the descriptor, ms",
-              "error of the irradiance, RMS %, median of the frames", 620, {}};
-  for (const auto& [knob, text] : std::initializer_list<std::pair<MarkerKnob, const char*>>{
-           {MarkerKnob::setting, "default"}, {MarkerKnob::decimation, "decimation, followed"}, {MarkerKnob::search, "decimation, searched"},
-           {MarkerKnob::faces, "most faces"}, {MarkerKnob::order, "most lamps; the table"}})
+  std::snprintf(title.data(), title.size(), "Light from a marker, one picture of %dx%d, 8 bits", rows.front().width,
+                rows.front().height);
+  Panel panel{title.data(),
+              "a followed frame, from the camera's bytes to the descriptor, ms",
+              "error of the irradiance, RMS %, median of the frames",
+              620,
+              {}};
+  for (const auto& [knob, text] :
+       std::initializer_list<std::pair<MarkerKnob, const char*>>{{MarkerKnob::setting, "default"},
+                                                                 {MarkerKnob::decimation, "decimation, followed"},
+                                                                 {MarkerKnob::search, "decimation, searched"},
+                                                                 {MarkerKnob::faces, "most faces"},
+                                                                 {MarkerKnob::order, "most lamps; the table"}})
     panel.legend.push_back({text, ink_of(knob), true});
   draw_panel(panel, points, chart);
 }
@@ -96,17 +122,24 @@ Chart pareto_chart(std::span<const Row> rows, const Run& run, std::span<const Ma
   Chart chart{kWidth, kTop, {}, {}, {}};
   chart.words.push_back({"Lightwell: what accuracy costs", {kPanelLeft, 44}, 26, kBlack, Anchor::start, true});
   std::array<char, 220> subtitle{};
-  std::snprintf(subtitle.data(), subtitle.size(),
-                "%zu scenes through a pair of lenses, 2 x 640x480 unless said otherwise. One thread; memcpy here %.1f GB/s. "
-                "Front: time, bytes, error and bound, of one camera. Lines: the best for the cost.",
-                run.scenes.size(), run.memcpy_gb_per_s);
+  std::snprintf(
+      subtitle.data(), subtitle.size(),
+      "%zu scenes through a pair of lenses, 2 x 640x480 unless said otherwise. One thread; memcpy here %.1f GB/s. "
+      "Front: time, bytes, error and bound, of one camera. Lines: the best for the cost.",
+      run.scenes.size(), run.memcpy_gb_per_s);
   chart.words.push_back({subtitle.data(), {kPanelLeft, 70}, 14, kGrey});
   legend(chart);
   const auto ms = [](const Row& r) { return r.ms; };
   const auto bytes = [](const Row& r) { return r.bytes; };
-  draw_panel({"Error and time", "from frame to encoded descriptor, ms", kError, 820, {}}, points_of(rows, Sensor::ideal, ms), chart);
-  draw_panel({"Error and size", "encoded descriptor, bytes", kError, 820, {}}, points_of(rows, Sensor::ideal, bytes), chart);
-  draw_panel({"Through an 8-bit sensor with noise: one exposure, three exposures", "from frames to encoded descriptor, ms", kError, 420, {}},
+  draw_panel({"Error and time", "from frame to encoded descriptor, ms", kError, 820, {}},
+             points_of(rows, Sensor::ideal, ms), chart);
+  draw_panel({"Error and size", "encoded descriptor, bytes", kError, 820, {}}, points_of(rows, Sensor::ideal, bytes),
+             chart);
+  draw_panel({"Through an 8-bit sensor with noise: one exposure, three exposures",
+              "from frames to encoded descriptor, ms",
+              kError,
+              420,
+              {}},
              points_of(rows, Sensor::eight_bit, ms), chart);
   draw_marker(marker, chart);
   chart.height += 10;

@@ -1,4 +1,5 @@
-// The rows as a picture: error over time, and error over bytes, every point named, the fronts drawn through; below, a marker's.
+// The rows as a picture: error over time, and error over bytes, every point named, the fronts drawn through; below, a
+// marker's.
 #pragma once
 
 #include <span>

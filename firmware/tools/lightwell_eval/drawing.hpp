@@ -1,9 +1,10 @@
 // A picture of lines, marks and words, and the two files it is written to.
 #pragma once
 
-#include <lightwell/result.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell::eval {
 

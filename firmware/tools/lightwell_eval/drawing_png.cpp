@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -17,7 +18,9 @@ constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double kFontCapital = 21, kCapital = 0.72;
 
 cv::Scalar color(Ink ink) { return cv::Scalar(ink.b, ink.g, ink.r); }
-cv::Point point(At at) { return {static_cast<int>(std::lround(at.x * kTimes)), static_cast<int>(std::lround(at.y * kTimes))}; }
+cv::Point point(At at) {
+  return {static_cast<int>(std::lround(at.x * kTimes)), static_cast<int>(std::lround(at.y * kTimes))};
+}
 int thick(double width) { return std::max(1, static_cast<int>(std::lround(width * kTimes))); }
 
 void draw(const Stroke& s, cv::Mat& picture) {
@@ -62,13 +65,15 @@ void draw(const Words& w, cv::Mat& picture) {
   const double before = w.anchor == Anchor::start ? 0 : w.anchor == Anchor::middle ? 0.5 : 1;
   const cv::Point at = point(w.at);
   if (!w.upwards) {
-    cv::putText(picture, w.text, {at.x - static_cast<int>(before * size.width), at.y}, kFont, scale, color(w.ink), thickness, cv::LINE_AA);
+    cv::putText(picture, w.text, {at.x - static_cast<int>(before * size.width), at.y}, kFont, scale, color(w.ink),
+                thickness, cv::LINE_AA);
     return;
   }
   cv::Mat lying(size.height + 2 * below, size.width, picture.type(), cv::Scalar(255, 255, 255)), standing;
   cv::putText(lying, w.text, {0, size.height + below / 2}, kFont, scale, color(w.ink), thickness, cv::LINE_AA);
   cv::rotate(lying, standing, cv::ROTATE_90_COUNTERCLOCKWISE);
-  const cv::Rect where(at.x - size.height - below / 2, at.y - static_cast<int>((1 - before) * size.width), standing.cols, standing.rows);
+  const cv::Rect where(at.x - size.height - below / 2, at.y - static_cast<int>((1 - before) * size.width),
+                       standing.cols, standing.rows);
   if ((where & cv::Rect({}, picture.size())) == where) standing.copyTo(picture(where));
 }
 
@@ -77,7 +82,8 @@ void draw(const Words& w, cv::Mat& picture) {
 Status write_png(const Chart& chart, const std::string& path) {
   // OpenCV throws; a status is what leaves this library.
   try {
-    cv::Mat picture(static_cast<int>(chart.height * kTimes), static_cast<int>(chart.width * kTimes), CV_8UC3, cv::Scalar(255, 255, 255));
+    cv::Mat picture(static_cast<int>(chart.height * kTimes), static_cast<int>(chart.width * kTimes), CV_8UC3,
+                    cv::Scalar(255, 255, 255));
     for (const Stroke& s : chart.strokes) draw(s, picture);
     for (const Mark& m : chart.marks) draw(m, picture);
     for (const Words& w : chart.words) draw(w, picture);

@@ -20,7 +20,8 @@ namespace lightwell::eval {
 
 /// One text a column.
 using TableLine = std::vector<std::string>;
-/// Markdown, columns as wide as they need. The first line is the head; the first `left` columns and the last one are flush left.
+/// Markdown, columns as wide as they need. The first line is the head; the first `left` columns and the last one are
+/// flush left.
 [[nodiscard]] std::string markdown_table(std::span<const TableLine> lines, std::size_t left);
 
 }  // namespace lightwell::eval

@@ -19,8 +19,8 @@ bool clearly_quicker(const Row& a, const Row& b) {
 }
 
 bool clearly_better(const Row& a, const Row& b) {
-  return clearly_quicker(a, b) || clearly_less(a.bytes, b.bytes, kClearBytes) || clearly_less(a.rms, b.rms, kClearError) ||
-         clearly_less(a.promised(), b.promised(), kClearError);
+  return clearly_quicker(a, b) || clearly_less(a.bytes, b.bytes, kClearBytes) ||
+         clearly_less(a.rms, b.rms, kClearError) || clearly_less(a.promised(), b.promised(), kClearError);
 }
 
 bool beats(const Row& a, const Row& b) { return clearly_better(a, b) && !clearly_better(b, a); }
@@ -40,13 +40,15 @@ void summarise(Row& row, double memcpy_seconds) {
     for (const Outcome& o : row.scenes) all.push_back(value(o));
     return all;
   };
-  const auto most = [](const std::vector<double>& all) { return all.empty() ? 0 : *std::max_element(all.begin(), all.end()); };
+  const auto most = [](const std::vector<double>& all) {
+    return all.empty() ? 0 : *std::max_element(all.begin(), all.end());
+  };
   const double seconds = median(over([](const Outcome& o) { return o.seconds; }));
   row.ms = 1e3 * seconds;
   row.memcpy_ratio = seconds / memcpy_seconds;
   row.bytes = median(over([](const Outcome& o) { return o.bytes; }));
-  const std::vector<double> rms = over([](const Outcome& o) { return o.rms; }),
-                            largest = over([](const Outcome& o) { return o.largest; });
+  const std::vector<double> rms = over([](const Outcome&o) { return o.rms; }),
+                            largest = over([](const Outcome&o) { return o.largest; });
   row.rms = median(rms);
   row.worst_rms = most(rms);
   row.largest = median(largest);
@@ -69,7 +71,8 @@ void summarise(Row& row, double memcpy_seconds) {
 
 void mark_front(std::span<Row> rows) {
   for (Row& b : rows)
-    b.on_front = std::none_of(rows.begin(), rows.end(), [&](const Row& a) { return a.setup.rivals(b.setup) && beats(a, b); });
+    b.on_front =
+        std::none_of(rows.begin(), rows.end(), [&](const Row& a) { return a.setup.rivals(b.setup) && beats(a, b); });
 }
 
 }  // namespace lightwell::eval

@@ -37,12 +37,13 @@ struct Row {
 /// Fills what is derived from the scenes. `memcpy_seconds` is of the row's bracket.
 void summarise(Row& row, double memcpy_seconds);
 
-/// A number is clearly less than another below this share of it: times, which differ from run to run of the same program, and errors.
+/// A number is clearly less than another below this share of it: times, which differ from run to run of the same
+/// program, and errors.
 inline constexpr double kClearTime = 0.95, kClearError = 0.98;
 
 /// Marks the rows that none of their rivals beats. One beats another that has no more of time, bytes, median error and
-/// median bound, and clearly less of one of them. Differences below 5 % of time, by which the same program differs from run
-/// to run, or 2 % of the others do not count, nor does time where as many instructions were counted.
+/// median bound, and clearly less of one of them. Differences below 5 % of time, by which the same program differs from
+/// run to run, or 2 % of the others do not count, nor does time where as many instructions were counted.
 void mark_front(std::span<Row> rows);
 
 }  // namespace lightwell::eval

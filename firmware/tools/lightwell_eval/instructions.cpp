@@ -1,9 +1,10 @@
 #include "tools/lightwell_eval/instructions.hpp"
 
+#include <unistd.h>
+
 #include <linux/perf_event.h>
 #include <sys/ioctl.h>
 #include <sys/syscall.h>
-#include <unistd.h>
 
 namespace lightwell::eval {
 

@@ -20,7 +20,9 @@ double overlap(const Box& a, const Box& b) {
 
 Box grown(const Box& b, double by) { return {b.x - by, b.y - by, b.width + 2 * by, b.height + 2 * by}; }
 
-At nearest_in(const Box& b, At p) { return {std::clamp(p.x, b.x, b.x + b.width), std::clamp(p.y, b.y, b.y + b.height)}; }
+At nearest_in(const Box& b, At p) {
+  return {std::clamp(p.x, b.x, b.x + b.width), std::clamp(p.y, b.y, b.y + b.height)};
+}
 
 double turn(At a, At b, At c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
@@ -29,13 +31,15 @@ bool cross(At a, At b, At c, At d) {
 }
 
 bool crosses(At a, At b, const Box& box) {
-  const At p{box.x, box.y}, q{box.x + box.width, box.y}, r{box.x + box.width, box.y + box.height}, s{box.x, box.y + box.height};
+  const At p{box.x, box.y}, q{box.x + box.width, box.y}, r{box.x + box.width, box.y + box.height},
+      s{box.x, box.y + box.height};
   return cross(a, b, p, q) || cross(a, b, q, r) || cross(a, b, r, s) || cross(a, b, s, p);
 }
 
 double distance(At p, At a, At b) {
   const double length2 = (b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y);
-  const double t = length2 > 0 ? std::clamp(((p.x - a.x) * (b.x - a.x) + (p.y - a.y) * (b.y - a.y)) / length2, 0.0, 1.0) : 0;
+  const double t =
+      length2 > 0 ? std::clamp(((p.x - a.x) * (b.x - a.x) + (p.y - a.y) * (b.y - a.y)) / length2, 0.0, 1.0) : 0;
   return std::hypot(p.x - a.x - t * (b.x - a.x), p.y - a.y - t * (b.y - a.y));
 }
 
@@ -67,7 +71,8 @@ class Placer {
     const double height = label.size * kLineHeight * static_cast<double>(label.lines.size());
     double best = std::numeric_limits<double>::infinity();
     Placed choice;
-    for (const double radius : {11.0, 16.0, 24.0, 34.0, 46.0, 60.0, 76.0, 94.0, 114.0, 136.0, 160.0, 190.0, 225.0, 265.0}) {
+    for (const double radius :
+         {11.0, 16.0, 24.0, 34.0, 46.0, 60.0, 76.0, 94.0, 114.0, 136.0, 160.0, 190.0, 225.0, 265.0}) {
       for (int k = 0; k < kDirections; ++k) {
         const double angle = 2 * std::numbers::pi * k / kDirections;
         const double x = label.point.x + radius * std::cos(angle), y = label.point.y + radius * std::sin(angle);

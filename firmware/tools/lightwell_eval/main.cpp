@@ -1,10 +1,11 @@
 // lightwell-eval: the trade between time, bytes and accuracy, measured.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <unistd.h>
+
+#include <CLI/CLI.hpp>
 
 #include "tools/lightwell_eval/chart.hpp"
 #include "tools/lightwell_eval/scenes.hpp"
@@ -88,10 +89,12 @@ int main(int argc, char** argv) {
   CLI::App app{"lightwell-eval measures what the estimator's settings cost and what they give."};
   app.footer(
       "Examples:\n"
-      "  lightwell-eval --pareto                       the eight panoramas of cmake/fetch_panoramas; about four minutes\n"
+      "  lightwell-eval --pareto                       the eight panoramas of cmake/fetch_panoramas; about four "
+      "minutes\n"
       "  lightwell-eval --pareto --quick               three of them, two passes; a minute\n"
       "  lightwell-eval --pareto --scenes all          with the eighteen of cmake/fetch_panoramas --all\n"
-      "  lightwell-eval --pareto --scenes city,my.exr  by name, or a file (OpenEXR or Radiance, twice as wide as high)\n"
+      "  lightwell-eval --pareto --scenes city,my.exr  by name, or a file (OpenEXR or Radiance, twice as wide as "
+      "high)\n"
       "  lightwell-eval --pareto --marker FILE         with the marker's trade beside the panorama's; FILE is what\n"
       "                                                tests/measure's measure_marker_trade printed\n"
       "  lightwell-eval --marker FILE                  that alone, as a table; nothing is measured or drawn\n"
@@ -100,8 +103,10 @@ int main(int argc, char** argv) {
       "Exit status: 0 measured, 1 an input or output failed, 2 wrong usage.");
   bool pareto = false, json = false, quick = false;
   std::string scenes, marker_file, out = "out";
-  app.add_flag("--pareto", pareto, "Sweep blocks, cameras, bands, lights, epsilon, maps, exposures and the named settings");
-  app.add_option("--scenes", scenes, "all, eight, or names and files with commas between [eight; --quick: city,interior,night]");
+  app.add_flag("--pareto", pareto,
+               "Sweep blocks, cameras, bands, lights, epsilon, maps, exposures and the named settings");
+  app.add_option("--scenes", scenes,
+                 "all, eight, or names and files with commas between [eight; --quick: city,interior,night]");
   app.add_option("--out", out, "Folder for the pictures; made where it is not there [out]");
   app.add_option("--marker", marker_file,
                  "Rows of measure_marker_trade, a JSON object a line: light from a marker as one more panel and table");
@@ -124,11 +129,14 @@ int main(int argc, char** argv) {
     std::cout << (json ? marker_json_of(*marker) + "\n" : marker_table_of(*marker)) << std::flush;
     return kOk;
   }
-  const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes : quick ? "city,interior,night" : "eight");
+  const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes
+                                                             : quick         ? "city,interior,night"
+                                                                             : "eight");
   if (!paths) return fail(paths.status());
   std::error_code error;
   std::filesystem::create_directories(out, error);  // Before minutes of measuring, not after them.
-  if (error) return fail({StatusCode::not_found, "cannot make the folder " + out + ": " + error.message() + "; see --out"});
+  if (error)
+    return fail({StatusCode::not_found, "cannot make the folder " + out + ": " + error.message() + "; see --out"});
 
   Run run;
   run.quick = quick;

@@ -17,7 +17,8 @@
 namespace lightwell::eval {
 namespace {
 
-constexpr std::array kKnobs = {MarkerKnob::setting, MarkerKnob::decimation, MarkerKnob::search, MarkerKnob::faces, MarkerKnob::order};
+constexpr std::array kKnobs = {MarkerKnob::setting, MarkerKnob::decimation, MarkerKnob::search, MarkerKnob::faces,
+                               MarkerKnob::order};
 
 /// Of all frames: what is clearly less.
 constexpr double kClearShare = 0.01;
@@ -25,7 +26,8 @@ constexpr double kClearShare = 0.01;
 /// null, a number or a text.
 using Value = std::variant<std::monostate, double, std::string>;
 
-/// An object whose values are numbers, texts and null: all that such a line has (RFC 8259; of escapes, the marks that stand for themselves).
+/// An object whose values are numbers, texts and null: all that such a line has (RFC 8259; of escapes, the marks that
+/// stand for themselves).
 class FlatObject {
  public:
   explicit FlatObject(std::string_view line) : rest_(line) {}
@@ -136,7 +138,8 @@ class Reader {
     return static_cast<int>(v);
   }
   void end() {
-    if (const std::string left = object_.first_left(); !left.empty()) complain("\"" + left + "\" is not a field of a marker's row");
+    if (const std::string left = object_.first_left(); !left.empty())
+      complain("\"" + left + "\" is not a field of a marker's row");
   }
   void complain(const std::string& what) {
     if (wrong.empty()) wrong = what;
@@ -181,7 +184,8 @@ bool beats(const MarkerRow& a, const MarkerRow& b) {
   if (!a.ms || !a.rms) return false;
   if (!b.ms || !b.rms) return true;
   const auto clearly_better = [](const MarkerRow& x, const MarkerRow& y) {
-    return *x.ms < kClearTime * *y.ms || *x.rms < kClearError * *y.rms || x.worst_rms.value_or(0) < kClearError * y.worst_rms.value_or(0) ||
+    return *x.ms < kClearTime * *y.ms || *x.rms < kClearError * *y.rms ||
+           x.worst_rms.value_or(0) < kClearError * y.worst_rms.value_or(0) ||
            x.flagged + x.unanswered < y.flagged + y.unanswered - kClearShare;
   };
   return clearly_better(a, b) && !clearly_better(b, a);
@@ -195,11 +199,16 @@ std::string percent_or_none(const std::optional<double>& v) { return v ? percent
 
 std::string_view to_string(MarkerKnob knob) {
   switch (knob) {
-    case MarkerKnob::setting: return "setting";
-    case MarkerKnob::decimation: return "decimation";
-    case MarkerKnob::search: return "search";
-    case MarkerKnob::faces: return "faces";
-    case MarkerKnob::order: return "order";
+    case MarkerKnob::setting:
+      return "setting";
+    case MarkerKnob::decimation:
+      return "decimation";
+    case MarkerKnob::search:
+      return "search";
+    case MarkerKnob::faces:
+      return "faces";
+    case MarkerKnob::order:
+      return "order";
   }
   return "unknown";
 }
@@ -215,14 +224,16 @@ Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
     MarkerRow row;
     if (reader.wrong.empty()) row = row_of(reader);
     if (!rows.empty() && (row.width != rows[0].width || row.height != rows[0].height))
-      reader.complain(text("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height));
+      reader.complain(
+          text("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height));
     if (std::any_of(rows.begin(), rows.end(), [&](const MarkerRow& r) { return r.what == row.what; }))
       reader.complain("a case of the name '" + row.what + "' came before");
     if (!reader.wrong.empty())
       return Status(StatusCode::data_loss, path + ":" + std::to_string(number) + ": " + reader.wrong);
     rows.push_back(std::move(row));
   }
-  if (rows.empty()) return Status(StatusCode::data_loss, path + ": no rows; tests/measure/measure_marker_trade prints them");
+  if (rows.empty())
+    return Status(StatusCode::data_loss, path + ": no rows; tests/measure/measure_marker_trade prints them");
   return rows;
 }
 
@@ -237,24 +248,29 @@ void mark_front(std::span<MarkerRow> rows) {
 
 std::string marker_table_of(std::span<const MarkerRow> rows) {
   if (rows.empty()) return "";
-  std::vector<TableLine> lines = {
-      {"light from a marker", "ms", "first ms", "x memcpy", "RMS %", "light deg", "flagged %", "unanswered %", "front"}};
+  std::vector<TableLine> lines = {{"light from a marker", "ms", "first ms", "x memcpy", "RMS %", "light deg",
+                                   "flagged %", "unanswered %", "front"}};
   for (const MarkerRow& r : rows)
     lines.push_back({r.what, or_none(r.ms, 2), or_none(r.ms_first, 1), or_none(r.memcpy_ratio, 1),
                      percent_or_none(r.rms) + " / " + percent_or_none(r.worst_rms),
-                     or_none(r.direction_deg, 2) + " / " + or_none(r.worst_direction_deg, 2), text("%.0f", 100 * r.flagged),
-                     text("%.0f", 100 * r.unanswered), r.on_front ? "yes" : ""});
+                     or_none(r.direction_deg, 2) + " / " + or_none(r.worst_direction_deg, 2),
+                     text("%.0f", 100 * r.flagged), text("%.0f", 100 * r.unanswered), r.on_front ? "yes" : ""});
   std::string out = markdown_table(lines, 1);
-  out += text("\nOne picture of %dx%d, 8 bits. ms: a frame whose body was there in the frame before; first: it is looked for everywhere.\n",
-              rows[0].width, rows[0].height) +
-         "Of one thread, from the camera's bytes to the descriptor; beside memcpy of the same bytes. RMS: error of the irradiance over\n"
-         "normals within 60 degrees of the camera, median / worst frame. light: the strongest lamp's direction, median / worst of the\n"
+  out += text(
+             "\nOne picture of %dx%d, 8 bits. ms: a frame whose body was there in the frame before; first: it is "
+             "looked for everywhere.\n",
+             rows[0].width, rows[0].height) +
+         "Of one thread, from the camera's bytes to the descriptor; beside memcpy of the same bytes. RMS: error of the "
+         "irradiance over\n"
+         "normals within 60 degrees of the camera, median / worst frame. light: the strongest lamp's direction, median "
+         "/ worst of the\n"
          "answers that are not flagged. Front: time, RMS (median, worst) and frames that are not surely answered.\n";
   for (const MarkerRow& b : rows) {
     if (b.knob != MarkerKnob::setting) continue;
     std::string by;
     for (const std::string& a : b.beaten_by) by += (by.empty() ? "" : ", ") + a;
-    out += b.what + (by.empty() ? ": on the measured front.\n" : ": NOT on the measured front, beaten by " + by + ".\n");
+    out +=
+        b.what + (by.empty() ? ": on the measured front.\n" : ": NOT on the measured front, beaten by " + by + ".\n");
   }
   return out;
 }
@@ -263,13 +279,15 @@ std::string marker_json_of(std::span<const MarkerRow> rows) {
   std::string out = "[";
   for (std::size_t n = 0; n < rows.size(); ++n) {
     const MarkerRow& r = rows[n];
-    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.what) + ", \"knob\": " + json_string(to_string(r.knob)) +
-           text(", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, \"memcpy_ratio\": %s, ", r.width, r.height, number(r.ms).c_str(),
-                number(r.ms_first).c_str(), number(r.memcpy_ratio).c_str()) +
-           text("\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, ", number(r.rms).c_str(),
-                number(r.worst_rms).c_str(), number(r.direction_deg).c_str(), number(r.worst_direction_deg).c_str()) +
-           text("\"flagged\": %s, \"unanswered\": %s, \"on_front\": %s, \"beaten_by\": [", number(r.flagged).c_str(), number(r.unanswered).c_str(),
-                r.on_front ? "true" : "false");
+    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.what) +
+           ", \"knob\": " + json_string(to_string(r.knob)) +
+           text(", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, \"memcpy_ratio\": %s, ", r.width,
+                r.height, number(r.ms).c_str(), number(r.ms_first).c_str(), number(r.memcpy_ratio).c_str()) +
+           text("\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, ",
+                number(r.rms).c_str(), number(r.worst_rms).c_str(), number(r.direction_deg).c_str(),
+                number(r.worst_direction_deg).c_str()) +
+           text("\"flagged\": %s, \"unanswered\": %s, \"on_front\": %s, \"beaten_by\": [", number(r.flagged).c_str(),
+                number(r.unanswered).c_str(), r.on_front ? "true" : "false");
     for (std::size_t i = 0; i < r.beaten_by.size(); ++i) out += (i > 0 ? ", " : "") + json_string(r.beaten_by[i]);
     out += "]}";
   }

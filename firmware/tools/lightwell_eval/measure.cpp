@@ -5,11 +5,12 @@
 #include <cstring>
 #include <ctime>
 #include <functional>
-#include <lightwell/codec.hpp>
-#include <lightwell/query.hpp>
 #include <limits>
 #include <numbers>
 #include <numeric>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/query.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "tools/lightwell_eval/instructions.hpp"
@@ -116,8 +117,8 @@ Status Bench::time(const Case& c, const Shot& shot, Outcome& out) {
   Encoder encoder;
   Descriptor made;
   Status status;
-  // What is due at a rate of its own (maps) is due in the same buffers of every pass, or the best of the passes would be
-  // without it: each pass begins long after the one before.
+  // What is due at a rate of its own (maps) is due in the same buffers of every pass, or the best of the passes would
+  // be without it: each pass begins long after the one before.
   std::uint64_t number = 0;
   const auto one = [&](std::size_t i) {
     number = i == 0 ? (number / kPause + 1) * kPause : number + 1;

@@ -3,11 +3,12 @@
 
 #include <array>
 #include <cstddef>
-#include <lightwell/result.hpp>
 #include <map>
 #include <memory>
 #include <optional>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 #include "tools/lightwell_eval/balls.hpp"
 #include "tools/lightwell_eval/cases.hpp"
@@ -21,7 +22,8 @@ struct Outcome {
   std::optional<double> instructions_per_pixel;
   double picture_bytes = 0;  ///< Of the bracket that was timed.
   double bytes = 0;          ///< Encoded, of the descriptor that the errors are of; a whole map is in it.
-  double rms = 0, largest = 0;  ///< HOUSE.md's error of irradiance, and the largest of any normal and channel, by the same RMS.
+  double rms = 0,
+         largest = 0;  ///< HOUSE.md's error of irradiance, and the largest of any normal and channel, by the same RMS.
   std::optional<double> light_deg;  ///< None where the brightest region is below 100 times the mean.
   std::array<double, kBalls> balls{};
   double bound = 0;  ///< The descriptor's own; infinite where flagged.
@@ -33,7 +35,8 @@ class Bench {
  public:
   explicit Bench(int passes) : passes_(passes) {}
 
-  [[nodiscard]] Result<Outcome> measure(const Case& c, const Truth& truth, const BallPictures& balls, const Camera& camera);
+  [[nodiscard]] Result<Outcome> measure(const Case& c, const Truth& truth, const BallPictures& balls,
+                                        const Camera& camera);
 
   /// Seconds of one memcpy of so many bytes from buffer to buffer, measured alike; the least of all cases so far.
   [[nodiscard]] const std::map<std::size_t, double>& memcpy_seconds() const { return memcpy_seconds_; }

@@ -38,7 +38,8 @@ struct Axis {
   [[nodiscard]] std::vector<double> ticks() const {
     std::vector<double> out;
     for (double decade = std::pow(10, std::floor(std::log10(from))); decade <= to; decade *= 10)
-      for (const double m : to / from > 30 ? std::vector<double>{1, 2, 5} : std::vector<double>{1, 1.5, 2, 3, 4, 5, 6, 8})
+      for (const double m :
+           to / from > 30 ? std::vector<double>{1, 2, 5} : std::vector<double>{1, 1.5, 2, 3, 4, 5, 6, 8})
         if (const double v = m * decade; v >= from && v <= to) out.push_back(v);
     return out;
   }
@@ -86,7 +87,8 @@ class Drawer {
     }
     line({{box.x, box.y}, {box.x, box.y + box.height}, {box.x + box.width, box.y + box.height}}, kGrey, 1.2);
     chart_.words.push_back({panel.cost, {box.x + box.width / 2, box.y + box.height + 46}, 14, kBlack, Anchor::middle});
-    chart_.words.push_back({panel.error, {box.x - 52, box.y + box.height / 2}, 14, kBlack, Anchor::middle, false, true});
+    chart_.words.push_back(
+        {panel.error, {box.x - 52, box.y + box.height / 2}, 14, kBlack, Anchor::middle, false, true});
   }
 
   /// Stairs, those of each group of rivals: what can be had for a cost is the best of what costs no more.
@@ -129,7 +131,8 @@ class Drawer {
       labels[k].bold = labels[k].bold || point.prominent;
       named_by[k].push_back(&point);
     }
-    const std::vector<Placed> placed = place_labels(labels, {box.x + 4, box.y + 2, box.width - 6, box.height - 6}, curves);
+    const std::vector<Placed> placed =
+        place_labels(labels, {box.x + 4, box.y + 2, box.width - 6, box.height - 6}, curves);
     for (std::size_t k = 0; k < labels.size(); ++k) {
       const Ink ink = named_by[k].front()->ink;
       const Placed& p = placed[k];
@@ -142,7 +145,9 @@ class Drawer {
         chart_.words.push_back({labels[k].lines[n],
                                 {to_left ? p.box.x + p.box.width - 1 : p.box.x + 1,
                                  p.box.y + (0.9 + kLineHeight * static_cast<double>(n)) * labels[k].size},
-                                labels[k].size, named_by[k][n]->ink, to_left ? Anchor::end : Anchor::start,
+                                labels[k].size,
+                                named_by[k][n]->ink,
+                                to_left ? Anchor::end : Anchor::start,
                                 named_by[k][n]->prominent});
     }
   }

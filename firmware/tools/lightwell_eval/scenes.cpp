@@ -31,7 +31,8 @@ Result<std::vector<std::string>> scene_files(const std::string& choice) {
     for (std::string name; std::getline(list, name, ',');)
       if (!name.empty()) names.push_back(name);
   }
-  if (names.empty()) return Status(StatusCode::invalid_argument, "--scenes names none: say all, eight, or names like city,night");
+  if (names.empty())
+    return Status(StatusCode::invalid_argument, "--scenes names none: say all, eight, or names like city,night");
   for (const std::string& name : names) {
     const bool more = name.starts_with(kMore) && !name.ends_with(".exr");
     Result<std::string> path = std::string();
@@ -40,7 +41,8 @@ Result<std::vector<std::string>> scene_files(const std::string& choice) {
       if (!in) return in.status();
       path = (*in / (name + ".exr")).string();
       if (!std::filesystem::exists(*path))
-        return Status(StatusCode::not_found, *path + " is not there: run cmake/fetch_panoramas --all, and see the names there");
+        return Status(StatusCode::not_found,
+                      *path + " is not there: run cmake/fetch_panoramas --all, and see the names there");
     } else {
       path = sim::scene_path(name);
       if (!path) return path.status();
@@ -53,9 +55,11 @@ Result<std::vector<std::string>> scene_files(const std::string& choice) {
   std::vector<std::string> more;
   std::error_code error;
   for (const auto& file : std::filesystem::directory_iterator(*in, error))
-    if (file.path().filename().string().starts_with(kMore) && file.path().extension() == ".exr") more.push_back(file.path().string());
+    if (file.path().filename().string().starts_with(kMore) && file.path().extension() == ".exr")
+      more.push_back(file.path().string());
   if (more.empty())
-    return Status(StatusCode::not_found, "there are no " + std::string(kMore) + "*.exr in " + in->string() + ": run cmake/fetch_panoramas --all");
+    return Status(StatusCode::not_found, "there are no " + std::string(kMore) + "*.exr in " + in->string() +
+                                             ": run cmake/fetch_panoramas --all");
   std::sort(more.begin(), more.end());
   out.insert(out.end(), more.begin(), more.end());
   return out;

@@ -1,9 +1,10 @@
 // Which panoramas are measured.
 #pragma once
 
-#include <lightwell/result.hpp>
 #include <string>
 #include <vector>
+
+#include <lightwell/result.hpp>
 
 namespace lightwell::eval {
 

@@ -15,7 +15,8 @@ std::vector<Frame> Shot::frames(std::span<const std::byte> memory, std::uint64_t
   for (std::size_t e = 0; e < exposures.size(); ++e) {
     Frame frame;
     frame.info.sequence = number * exposures.size() + e;
-    frame.info.mid_exposure = {static_cast<std::int64_t>(number + 1) * 33'000'000 + static_cast<std::int64_t>(e) * 1'000'000};
+    frame.info.mid_exposure = {static_cast<std::int64_t>(number + 1) * 33'000'000 +
+                               static_cast<std::int64_t>(e) * 1'000'000};
     frame.info.delivered = frame.info.mid_exposure;
     frame.info.exposure_s = exposures[e];
     frame.info.bracket_index = static_cast<int>(e);

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
+
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
-#include <vector>
 
 #include "camera/frame.hpp"
 #include "sim/scene.hpp"
@@ -19,7 +20,8 @@ struct Shot {
   std::vector<std::byte> bytes;
   std::vector<std::size_t> offsets;  ///< Of each picture: exposure by exposure, lens by lens.
 
-  /// Frames that look into `memory`, which is laid out as `bytes` is. `number` counts captures of a camera of 30 a second.
+  /// Frames that look into `memory`, which is laid out as `bytes` is. `number` counts captures of a camera of 30 a
+  /// second.
   [[nodiscard]] std::vector<Frame> frames(std::span<const std::byte> memory, std::uint64_t number) const;
 };
 
@@ -31,8 +33,8 @@ class Camera {
 
   /// rgb_f32: what the estimator itself gets wrong. One exposure of one second.
   [[nodiscard]] Result<Shot> ideal() const;
-  /// rgb8 with noise and vignetting. One exposure leaves the brightest hundredth saturated; three reach from there to the
-  /// peak.
+  /// rgb8 with noise and vignetting. One exposure leaves the brightest hundredth saturated; three reach from there to
+  /// the peak.
   [[nodiscard]] Result<Shot> eight_bit(int exposures) const;
 
  private:

@@ -34,36 +34,41 @@ std::string json_of(const Outcome& o) {
               number(1e3 * o.seconds).c_str(), number(o.instructions_per_pixel).c_str(), o.bytes, number(o.rms).c_str(),
               number(o.largest).c_str()) +
          text("\"light_deg\": %s, \"balls\": [%s, %s, %s], \"bound\": %s, \"map\": %s}", number(o.light_deg).c_str(),
-              number(o.balls[0]).c_str(), number(o.balls[1]).c_str(), number(o.balls[2]).c_str(), number(o.bound).c_str(),
-              o.map ? "true" : "false");
+              number(o.balls[0]).c_str(), number(o.balls[1]).c_str(), number(o.balls[2]).c_str(),
+              number(o.bound).c_str(), o.map ? "true" : "false");
 }
 
 std::string config_of(const Case& c) {
-  return text("\"setting\": \"%s\", \"block_edge\": %d, \"band\": %d, \"max_lights\": %d, \"epsilon\": %g, "
-              "\"environment_edge\": %d, \"exposures\": %d, \"named\": %s",
-              std::string(to_string(c.config.setting)).c_str(), c.block_edge, c.config.band, c.config.max_lights,
-              c.config.epsilon, c.config.environment_edge, c.exposures, c.named ? "true" : "false");
+  return text(
+      "\"setting\": \"%s\", \"block_edge\": %d, \"band\": %d, \"max_lights\": %d, \"epsilon\": %g, "
+      "\"environment_edge\": %d, \"exposures\": %d, \"named\": %s",
+      std::string(to_string(c.config.setting)).c_str(), c.block_edge, c.config.band, c.config.max_lights,
+      c.config.epsilon, c.config.environment_edge, c.exposures, c.named ? "true" : "false");
 }
 
 }  // namespace
 
 std::string table_of(std::span<const Row> rows, const Run& run) {
-  std::vector<TableLine> lines = {{"what", "camera, a pair of", "ms", "x memcpy", "instr/px", "bytes", "RMS %", "largest %",
-                                   "light deg", "balls %", "bound %", "front"}};
+  std::vector<TableLine> lines = {{"what", "camera, a pair of", "ms", "x memcpy", "instr/px", "bytes", "RMS %",
+                                   "largest %", "light deg", "balls %", "bound %", "front"}};
   for (const Row& row : rows) lines.push_back(line_of(row));
   std::string out = markdown_table(lines, 2);
   std::string scenes;
   for (const std::string& s : run.scenes) scenes += (scenes.empty() ? "" : ", ") + s;
-  out += text("\n%zu scenes: ", run.scenes.size()) + scenes + ".\n" +
-         text("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
-              run.memcpy_gb_per_s, run.quick ? "two" : "five") +
-         "Times: of one thread, rgb8 pictures,\nfrom frame to encoded bytes, each buffer's best, median of the scenes; beside memcpy of "
-         "the same bytes.\nRMS, largest: error of the irradiance as received, of its RMS, median / worst scene; through an ideal "
-         "sensor where\nthe camera does not say 8 bit. light: direction of the brightest region where it is 100 times the mean, "
-         "median / worst.\nballs: diffuse / matte silver / mirror, relative RMSE of linear pictures, median. bound: the "
-         "descriptor's own, median; *: some scenes have none.\nfront: no other row "
-         "of the same camera has less of ms, bytes, RMS or bound and no more of the others. Below 5 % of time, 2 % of the "
-         "others is\nno difference.\n";
+  out +=
+      text("\n%zu scenes: ", run.scenes.size()) + scenes + ".\n" +
+      text("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
+           run.memcpy_gb_per_s, run.quick ? "two" : "five") +
+      "Times: of one thread, rgb8 pictures,\nfrom frame to encoded bytes, each buffer's best, median of the scenes; "
+      "beside memcpy of "
+      "the same bytes.\nRMS, largest: error of the irradiance as received, of its RMS, median / worst scene; through "
+      "an ideal "
+      "sensor where\nthe camera does not say 8 bit. light: direction of the brightest region where it is 100 times the "
+      "mean, "
+      "median / worst.\nballs: diffuse / matte silver / mirror, relative RMSE of linear pictures, median. bound: the "
+      "descriptor's own, median; *: some scenes have none.\nfront: no other row "
+      "of the same camera has less of ms, bytes, RMS or bound and no more of the others. Below 5 % of time, 2 % of the "
+      "others is\nno difference.\n";
   std::string off;
   for (const Row& row : rows)
     if (row.setup.named && !row.on_front) off += (off.empty() ? "" : ", ") + row.setup.label;
@@ -82,12 +87,15 @@ std::string json_of(std::span<const Row> rows, const Run& run, std::span<const M
   out += text("], \"memcpy_gb_per_s\": %s, \"rows\": [", number(run.memcpy_gb_per_s).c_str());
   for (std::size_t n = 0; n < rows.size(); ++n) {
     const Row& r = rows[n];
-    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.setup.label) + ", \"knob\": " +
-           json_string(std::string(to_string(r.setup.knob))) + text(", \"width\": %d, \"height\": %d, \"sensor\": \"%s\", ",
-           r.setup.width, r.setup.height, r.setup.sensor == Sensor::ideal ? "ideal" : "rgb8") + config_of(r.setup) +
+    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.setup.label) +
+           ", \"knob\": " + json_string(std::string(to_string(r.setup.knob))) +
+           text(", \"width\": %d, \"height\": %d, \"sensor\": \"%s\", ", r.setup.width, r.setup.height,
+                r.setup.sensor == Sensor::ideal ? "ideal" : "rgb8") +
+           config_of(r.setup) +
            text(", \"ms\": %s, \"memcpy_ratio\": %s, \"bytes\": %s, \"rms\": %s, \"on_front\": %s",
                 number(r.ms).c_str(), number(r.memcpy_ratio).c_str(), number(r.bytes).c_str(), number(r.rms).c_str(),
-                r.on_front ? "true" : "false") + ", \"outcomes\": [";
+                r.on_front ? "true" : "false") +
+           ", \"outcomes\": [";
     for (std::size_t k = 0; k < r.scenes.size(); ++k) out += (k > 0 ? ", " : "") + json_of(r.scenes[k]);
     out += "]}";
   }

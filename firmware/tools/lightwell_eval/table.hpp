@@ -20,8 +20,8 @@ struct Run {
 /// A Markdown table, what its columns mean, and which named settings are off their front.
 [[nodiscard]] std::string table_of(std::span<const Row> rows, const Run& run);
 
-/// One object: run and rows, every scene's outcome included, and those of a marker under a key of their own where there are any. What was not
-/// measured is null, what is infinite too.
+/// One object: run and rows, every scene's outcome included, and those of a marker under a key of their own where there
+/// are any. What was not measured is null, what is infinite too.
 [[nodiscard]] std::string json_of(std::span<const Row> rows, const Run& run, std::span<const MarkerRow> marker = {});
 
 }  // namespace lightwell::eval

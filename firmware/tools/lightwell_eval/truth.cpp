@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/equirect.hpp>
 #include <numbers>
 #include <utility>
+
+#include <lightwell/equirect.hpp>
 
 namespace lightwell::eval {
 namespace {
 
-/// Pixels are summed to patches of a panorama so wide. For irradiance that is exact but where the horizon crosses a patch;
-/// for reflections it is enough down to roughness 0.25, whose lobe is 7 degrees wide.
+/// Pixels are summed to patches of a panorama so wide. For irradiance that is exact but where the horizon crosses a
+/// patch; for reflections it is enough down to roughness 0.25, whose lobe is 7 degrees wide.
 constexpr int kPatchesWide = 256;
 
 double luminance(const sim::Panorama& p, int i, int j) { return p.pixel(i, j).luminance(); }

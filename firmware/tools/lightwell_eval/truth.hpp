@@ -3,10 +3,11 @@
 #pragma once
 
 #include <array>
-#include <lightwell/geometry.hpp>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <lightwell/geometry.hpp>
 
 #include "sim/panorama.hpp"
 

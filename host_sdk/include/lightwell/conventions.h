@@ -19,17 +19,11 @@ extern "C" {
 #endif
 
 /* Whether `residual` is worked out, which costs more than the conversion. */
-enum {
-  LW_RESIDUAL_MEASURED = 0,
-  LW_RESIDUAL_LEFT_OUT = 1
-};
+enum { LW_RESIDUAL_MEASURED = 0, LW_RESIDUAL_LEFT_OUT = 1 };
 
 /* Where the strongest light goes, where the target leaves the choice. */
 typedef int32_t lw_main_light;
-enum {
-  LW_MAIN_LIGHT_APART = 0,
-  LW_MAIN_LIGHT_IN_HARMONICS = 1
-};
+enum { LW_MAIN_LIGHT_APART = 0, LW_MAIN_LIGHT_IN_HARMONICS = 1 };
 
 /* Signs of the nine functions. */
 typedef int32_t lw_sh_signs;
@@ -51,10 +45,7 @@ enum {
 };
 
 typedef int32_t lw_openxr_harmonics;
-enum {
-  LW_OPENXR_TOTAL = 0,
-  LW_OPENXR_AMBIENT = 1
-};
+enum { LW_OPENXR_TOTAL = 0, LW_OPENXR_AMBIENT = 1 };
 
 typedef struct lw_conversion_options {
   uint32_t size;
@@ -169,10 +160,9 @@ LW_API lw_status lw_lighting_to_arcore(const lw_lighting* lighting, const lw_con
                                        lw_arcore* out);
 LW_API lw_status lw_lighting_to_openxr(const lw_lighting* lighting, lw_openxr_harmonics kind, lw_sh_signs signs,
                                        const lw_conversion_options* options, lw_openxr* out);
-LW_API lw_status lw_lighting_to_arkit(const lw_lighting* lighting, const lw_conversion_options* options,
-                                      lw_arkit* out);
-LW_API lw_status lw_lighting_to_unity(const lw_lighting* lighting, lw_unity_pipeline pipeline,
-                                      lw_main_light main_light, const lw_conversion_options* options, lw_unity* out);
+LW_API lw_status lw_lighting_to_arkit(const lw_lighting* lighting, const lw_conversion_options* options, lw_arkit* out);
+LW_API lw_status lw_lighting_to_unity(const lw_lighting* lighting, lw_unity_pipeline pipeline, lw_main_light main_light,
+                                      const lw_conversion_options* options, lw_unity* out);
 LW_API lw_status lw_lighting_to_three(const lw_lighting* lighting, lw_three_lights lights, lw_main_light main_light,
                                       const lw_conversion_options* options, lw_three* out);
 LW_API lw_status lw_lighting_to_filament(const lw_lighting* lighting, lw_main_light main_light,

@@ -1,4 +1,5 @@
-// Which probes there are: what they announce by multicast DNS, what they retain at an MQTT broker, and what is plugged in.
+// Which probes there are: what they announce by multicast DNS, what they retain at an MQTT broker, and what is plugged
+// in.
 //   FoundBy, FoundLink, FoundProbe   what was found; all of it said by others, checked and bounded, and no proof of
 //   anything DiscoverOptions, discover        looks for a while
 #pragma once

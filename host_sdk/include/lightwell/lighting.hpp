@@ -108,12 +108,11 @@ class Lighting {
   Lighting() = default;
 
   /// The light of a descriptor that came by other ways than a Probe: from a file, from a test.
-  [[nodiscard]] static Lighting of(Descriptor descriptor, Duration age = {},
-                                   Duration max_age = kDefaultMaxAge);
+  [[nodiscard]] static Lighting of(Descriptor descriptor, Duration age = {}, Duration max_age = kDefaultMaxAge);
 
   /// Of the SDK; `sample` may be null where `validity` says that there is none.
-  Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age,
-           Duration max_age, Derivation derivation = Derivation::measured);
+  Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age, Duration max_age,
+           Derivation derivation = Derivation::measured);
 
   [[nodiscard]] Validity validity() const { return validity_; }
 
@@ -151,10 +150,10 @@ class Lighting {
   /// zero. invalid_query for a normal that is zero, NaN or infinite.
   [[nodiscard]] Answer<Irradiance> irradiance(Vec3f normal) const;
 
-  /// The same at many normals, for light maps and probes of an engine: out[i] for normals[i]. The answer's value is how many
-  /// normals were zero, NaN or infinite: their irradiance is zero, and where there is one the answer is an invalid_query,
-  /// the others as good as otherwise; so are spans of different lengths, of which nothing is written. Within 1e-5 of the
-  /// largest irradiance of irradiance(normal), as the harmonics are summed in another order.
+  /// The same at many normals, for light maps and probes of an engine: out[i] for normals[i]. The answer's value is how
+  /// many normals were zero, NaN or infinite: their irradiance is zero, and where there is one the answer is an
+  /// invalid_query, the others as good as otherwise; so are spans of different lengths, of which nothing is written.
+  /// Within 1e-5 of the largest irradiance of irradiance(normal), as the harmonics are summed in another order.
   Answer<std::size_t> irradiance(std::span<const Vec3f> normals, std::span<Irradiance> out) const;
 
   /// Radiance from `direction` as a surface of that perceptual roughness (alpha = r², as in glTF)
@@ -163,9 +162,9 @@ class Lighting {
   /// At 0, a mirror, the discrete lights are left out (a point has no radiance) and `lights` says
   /// so. Where there is an environment() it comes from that (environment_radiance(), between two
   /// levels by roughness) and from the lights as caps under the GGX lobe; without one harmonics
-  /// stand for the map, soft at low roughness and not clamped, as irradiance(). invalid_query for a direction that is zero, NaN or infinite
-  /// and a roughness that is not finite. Each thread keeps the lobe of the roughness it asked last:
-  /// many directions at one roughness are cheaper than many roughnesses.
+  /// stand for the map, soft at low roughness and not clamped, as irradiance(). invalid_query for a direction that is
+  /// zero, NaN or infinite and a roughness that is not finite. Each thread keeps the lobe of the roughness it asked
+  /// last: many directions at one roughness are cheaper than many roughnesses.
   [[nodiscard]] Answer<Radiance> radiance(Vec3f direction, float perceptual_roughness) const;
 
   /// Strongest first. Lives as long as this object or a copy of it.
@@ -198,8 +197,8 @@ class Lighting {
   /// not speak of it.
   [[nodiscard]] Lighting in_world(const UncertainPose& T_world_probe) const;
 
-  /// T_world_probe of the room, as the probe told it when this came: in_world(*mounting()). Null where the probe does not
-  /// know where it hangs, and once turned. Lives as long as this.
+  /// T_world_probe of the room, as the probe told it when this came: in_world(*mounting()). Null where the probe does
+  /// not know where it hangs, and once turned. Lives as long as this.
   [[nodiscard]] const UncertainPose* mounting() const;
 
   [[nodiscard]] Units units() const { return descriptor().units; }

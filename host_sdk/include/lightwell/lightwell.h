@@ -10,11 +10,11 @@
  * cd/m² and of irradiance in lux where units are absolute.
  *
  * Sizes. Every struct begins with `size`. Set it to sizeof(the struct) before each call, also where the library
- * fills the struct: lw_answer a = {.size = sizeof a}. The library reads and writes no byte beyond it. An application that was
- * compiled against an older header has shorter structs: what they lack counts as not set. One that was compiled
- * against a newer header has longer ones: the library fills what it does not know with zeros, and refuses a question
- * whose unknown part is not zero, because it asks for something that the library cannot do. New fields come at the
- * end and mean by zero what was so before.
+ * fills the struct: lw_answer a = {.size = sizeof a}. The library reads and writes no byte beyond it. An application
+ * that was compiled against an older header has shorter structs: what they lack counts as not set. One that was
+ * compiled against a newer header has longer ones: the library fills what it does not know with zeros, and refuses a
+ * question whose unknown part is not zero, because it asks for something that the library cannot do. New fields come at
+ * the end and mean by zero what was so before.
  *
  * Failure. Functions return a status, and on anything but LW_OK change nothing that they were given, with one
  * exception: structs that have a `validity` say LW_INVALID_QUERY and hold zeros, so that no old light is taken for an
@@ -86,14 +86,15 @@ enum {
 
 /* Why a value may be wrong all the same: bits of `flags`. */
 enum {
-  LW_FLAG_UNSEEN = 1 << 1,   /* A part of the sphere was never seen; its light is missing. */
-  LW_FLAG_CLIPPED = 1 << 2,  /* Pixels saturated in every exposure; their energy is a lower bound. */
-  LW_FLAG_CLEANED = 1 << 3,  /* The input held NaN, infinite or negative radiance, which was replaced. */
-  LW_FLAG_DARK = 1 << 4,     /* Nothing but darkness: no relative error can be stated. */
-  LW_FLAG_MOVED = 1 << 5,    /* Something moved between the exposures of a bracket. */
-  LW_FLAG_FILLED = 1 << 6,   /* What no pixel sees was filled in by choice; no bound speaks of it. */
+  LW_FLAG_UNSEEN = 1 << 1,    /* A part of the sphere was never seen; its light is missing. */
+  LW_FLAG_CLIPPED = 1 << 2,   /* Pixels saturated in every exposure; their energy is a lower bound. */
+  LW_FLAG_CLEANED = 1 << 3,   /* The input held NaN, infinite or negative radiance, which was replaced. */
+  LW_FLAG_DARK = 1 << 4,      /* Nothing but darkness: no relative error can be stated. */
+  LW_FLAG_MOVED = 1 << 5,     /* Something moved between the exposures of a bracket. */
+  LW_FLAG_FILLED = 1 << 6,    /* What no pixel sees was filled in by choice; no bound speaks of it. */
   LW_FLAG_RECOVERED = 1 << 7, /* The energy of saturated pixels was recovered from a reading. */
-  LW_FLAG_UNSURE = 1 << 8 /* What was seen fits several lights: the strongest's direction is not known well, or at all. */
+  LW_FLAG_UNSURE =
+      1 << 8 /* What was seen fits several lights: the strongest's direction is not known well, or at all. */
 };
 /* The probe gave a reason that this version has no name for. No enumerator: in C those are of type int. */
 #define LW_FLAG_NEWER 0x80000000
@@ -127,16 +128,17 @@ LW_API int64_t lw_now_ns(void);
 /* How a probe is followed. 0 in a field is the default. The cost of each is told at ProbeOptions of probe.hpp. */
 typedef struct lw_probe_options {
   uint32_t size;
-  int32_t history;            /* Descriptors kept for lw_probe_at, 1 to 4096. Default: 64. */
-  int64_t max_age_ns;         /* Older answers are stale. Default: 250 ms. */
-  int64_t extrapolation_ns;   /* How far beyond the newest lw_probe_at moves lights on. Default: 50 ms; -1: not at all. */
+  int32_t history;          /* Descriptors kept for lw_probe_at, 1 to 4096. Default: 64. */
+  int64_t max_age_ns;       /* Older answers are stale. Default: 250 ms. */
+  int64_t extrapolation_ns; /* How far beyond the newest lw_probe_at moves lights on. Default: 50 ms; -1: not at all. */
   int64_t connect_timeout_ns; /* How long connecting tries. Default: 2 s. */
   int64_t retry_min_ns;       /* First pause after a lost link. Default: 100 ms. */
   int64_t retry_max_ns;       /* Longest pause. Default: 0.5 s. */
   int64_t silence_limit_ns;   /* A probe silent for so long is given up and looked for anew. Default: 4 s. */
   /* Texts end with a zero byte and are copied; NULL: none. More at ProbeCredentials and MqttCredentials. */
-  const char* credentials_folder; /* grpcs: of one probe, as `lightwell pair` writes it. Default: looked up by address. */
-  const char* mqtt_ca_file;       /* mqtts: of the authorities that may have signed the broker's certificate, PEM. */
+  const char*
+      credentials_folder;   /* grpcs: of one probe, as `lightwell pair` writes it. Default: looked up by address. */
+  const char* mqtt_ca_file; /* mqtts: of the authorities that may have signed the broker's certificate, PEM. */
   const char* mqtt_certificate_file; /* Our own certificate and its key, PEM: both or neither. */
   const char* mqtt_key_file;
   const char* mqtt_user;
@@ -219,15 +221,16 @@ typedef struct lw_estimator_config {
 typedef int32_t lw_probe_text_kind;
 enum {
   LW_PROBE_NAME = 0,
-  LW_PROBE_VERSION = 1,   /* Of its firmware. */
+  LW_PROBE_VERSION = 1, /* Of its firmware. */
   LW_PROBE_CAMERA = 2,
   LW_PROBE_LAST_ERROR = 3 /* Of the link, or of the last refused message; empty while all went well. */
 };
 
-/* uri: `grpc://host:port`, `grpcs://` with TLS, `usb:SERIAL`, `mqtt://broker/venue/probe`, `mqtts://`, or `replay:PATH`, a
- * recording of descriptors (`?speed=2`, `?speed=0`); more at Probe::connect of probe.hpp. options: NULL for defaults. *out is given back with lw_probe_close.
- * Blocks, at most connect_timeout_ns. LW_INVALID_ARGUMENT: the URI or an option, by name. LW_UNAVAILABLE: nobody
- * answered. LW_NOT_FOUND, LW_DATA_LOSS: the recording, or a file of credentials. */
+/* uri: `grpc://host:port`, `grpcs://` with TLS, `usb:SERIAL`, `mqtt://broker/venue/probe`, `mqtts://`, or
+ * `replay:PATH`, a recording of descriptors (`?speed=2`, `?speed=0`); more at Probe::connect of probe.hpp. options:
+ * NULL for defaults. *out is given back with lw_probe_close. Blocks, at most connect_timeout_ns. LW_INVALID_ARGUMENT:
+ * the URI or an option, by name. LW_UNAVAILABLE: nobody answered. LW_NOT_FOUND, LW_DATA_LOSS: the recording, or a file
+ * of credentials. */
 LW_API lw_status lw_probe_connect(const char* uri, size_t uri_length, const lw_probe_options* options, lw_probe** out);
 
 /* Ends the link and its thread; blocks for less than a second. Lightings live on. NULL is passed over. */
@@ -237,14 +240,14 @@ LW_API void lw_probe_close(lw_probe* probe);
  * with LW_NONE before the first descriptor. */
 LW_API lw_status lw_probe_latest(const lw_probe* probe, lw_lighting* into);
 
-/* The same in the axes of the probe's room, by what the probe says of its mounting (lw_probe_info.mounted); the doubt of its
- * rotation is added to each light's. LW_OK with LW_INVALID_QUERY where the probe does not know where it hangs. About
- * 20 µs, allocates: ask once a frame. In an application's own world: lw_lighting_rotated. */
+/* The same in the axes of the probe's room, by what the probe says of its mounting (lw_probe_info.mounted); the doubt
+ * of its rotation is added to each light's. LW_OK with LW_INVALID_QUERY where the probe does not know where it hangs.
+ * About 20 µs, allocates: ask once a frame. In an application's own world: lw_lighting_rotated. */
 LW_API lw_status lw_probe_latest_in_world(const lw_probe* probe, lw_lighting* into);
 
-/* How it was lit at `host_time_ns` (of lw_now_ns): interpolated between two descriptors, a little beyond the newest with
- * its lights moved on, later the newest as it was (lw_lighting_info.derivation says which); earlier than the oldest kept
- * it is LW_BEFORE_HISTORY. Takes no lock, allocates. */
+/* How it was lit at `host_time_ns` (of lw_now_ns): interpolated between two descriptors, a little beyond the newest
+ * with its lights moved on, later the newest as it was (lw_lighting_info.derivation says which); earlier than the
+ * oldest kept it is LW_BEFORE_HISTORY. Takes no lock, allocates. */
 LW_API lw_status lw_probe_at(const lw_probe* probe, int64_t host_time_ns, lw_lighting* into);
 
 /* Waits for a newest descriptor with another sequence than *seen (NULL: for any). Blocks: not for render threads.
@@ -343,11 +346,11 @@ LW_API lw_status lw_lighting_reason(const lw_lighting* lighting, char* text, siz
 typedef struct lw_answer {
   uint32_t size;
   lw_validity validity;
-  int64_t age_ns;          /* As lw_lighting_info. */
-  const char* reason;      /* As lw_lighting_info. */
-  float value[3];          /* r, g, b. Zero for a batch. */
-  float error_bound;       /* RMS over normals relative to the RMS irradiance, 0.01 is 1 %; infinite where flags say why. */
-  uint32_t flags;          /* LW_FLAG_*. */
+  int64_t age_ns;     /* As lw_lighting_info. */
+  const char* reason; /* As lw_lighting_info. */
+  float value[3];     /* r, g, b. Zero for a batch. */
+  float error_bound;  /* RMS over normals relative to the RMS irradiance, 0.01 is 1 %; infinite where flags say why. */
+  uint32_t flags;     /* LW_FLAG_*. */
   int32_t lights_included; /* 1; 0 of radiance at roughness 0, which leaves the discrete lights out. */
   lw_units units;
   uint32_t refused; /* Entries of a batch that were no question: their values are zero, and validity is
@@ -387,10 +390,10 @@ LW_API lw_status lw_lighting_harmonics(const lw_lighting* lighting, lw_quantity 
 /* A lamp, the sun, a window: a cap of uniform radiance. */
 typedef struct lw_light {
   uint32_t size;
-  uint32_t track;              /* Stays with the same lamp; 0 is not a track. */
-  float direction[3];          /* Unit, TOWARDS the light. */
-  float irradiance[3];         /* Vector irradiance: of a receiver that faces it, for small ones. */
-  float angular_radius;        /* rad. */
+  uint32_t track;                /* Stays with the same lamp; 0 is not a track. */
+  float direction[3];            /* Unit, TOWARDS the light. */
+  float irradiance[3];           /* Vector irradiance: of a receiver that faces it, for small ones. */
+  float angular_radius;          /* rad. */
   float direction_covariance[3]; /* u·u, u·v, v·v in rad²; the basis is that of proto/README.md. */
 } lw_light;
 
@@ -399,7 +402,8 @@ typedef struct lw_light {
 LW_API lw_status lw_lighting_lights(const lw_lighting* lighting, lw_light* lights, size_t light_size, size_t capacity,
                                     size_t* count);
 
-/* The prefiltered map for reflections, lights left out: octahedral squares, more at EnvironmentMap of environment.hpp. */
+/* The prefiltered map for reflections, lights left out: octahedral squares, more at EnvironmentMap of environment.hpp.
+ */
 typedef struct lw_environment {
   uint32_t size;
   uint32_t level_count; /* 0: there is no map, and nothing below means anything. */

@@ -45,8 +45,8 @@ struct Arrival {
 
 /// With what a broker is met. Files are PEM; empty where there is none. For mqtt:// and mqtts:// alone.
 struct MqttCredentials {
-  /// Of the authorities that may have signed the broker's certificate. Empty: the system's. The certificate must name the
-  /// broker as the URI does.
+  /// Of the authorities that may have signed the broker's certificate. Empty: the system's. The certificate must name
+  /// the broker as the URI does.
   std::string ca_file;
   /// Our own certificate and its key (without a pass phrase), where the broker asks for one.
   std::string certificate_file, key_file;
@@ -63,22 +63,22 @@ struct ProbeOptions {
   /// Descriptors kept for at(). Each costs about 2 kB (with an environment map of 32² 24 kB, of 64²
   /// 55 kB), and a pointer copy for every arrival.
   int history = 64;
-  /// How far beyond the newest descriptor at() moves lights on, 0 to 1 s. It looks back as far as it looks ahead, so noise of
-  /// directions at most triples. Longer: a lamp that stops is followed past its stop. 0: the newest is held.
+  /// How far beyond the newest descriptor at() moves lights on, 0 to 1 s. It looks back as far as it looks ahead, so
+  /// noise of directions at most triples. Longer: a lamp that stops is followed past its stop. 0: the newest is held.
   Duration extrapolation{50'000'000};
   /// How long connect() tries, and each later attempt to connect. Longer hides a wrong address.
   Duration connect_timeout{2'000'000'000};
   /// Pauses between attempts start here and double, with 20 % jitter. Shorter costs the network.
   Duration retry_min{100'000'000};
-  /// Where the pauses stop growing: so long an application may be in the dark after the network is back. Shorter costs a
-  /// network that is down, and a probe that many look for, an attempt each.
+  /// Where the pauses stop growing: so long an application may be in the dark after the network is back. Shorter costs
+  /// a network that is down, and a probe that many look for, an attempt each.
   Duration retry_max{500'000'000};
   /// Without a byte from the probe (it is asked for its clock every second) the link is given up
   /// and made anew. Shorter takes a busy network for a broken one.
   Duration silence_limit{4'000'000'000};
-  /// Where the probe is in the application's world, where that is known and stays so. For latest_in_world(), before what the
-  /// probe itself was told of its mounting (ProbeInfo::T_world_probe), whose world is the room's. A probe that moves: ask
-  /// latest().in_world(pose) with the pose of the moment.
+  /// Where the probe is in the application's world, where that is known and stays so. For latest_in_world(), before
+  /// what the probe itself was told of its mounting (ProbeInfo::T_world_probe), whose world is the room's. A probe that
+  /// moves: ask latest().in_world(pose) with the pose of the moment.
   std::optional<UncertainPose> T_world_probe;
   MqttCredentials mqtt;
   /// Whom a grpcs:// probe is trusted for, and who this client is. Empty: what `lightwell pair` wrote.
@@ -148,13 +148,12 @@ struct LinkStats {
   /// Descriptors not newer than what had come, or dated in the future: replays. Refused. Counted where others than the
   /// probe may write, at a broker.
   std::uint64_t untimely = 0;
-  std::uint64_t reconnects = 0;   ///< Times that the link came back.
-  std::uint64_t maps = 0;         ///< Environment maps that came, whole or as changes.
+  std::uint64_t reconnects = 0;  ///< Times that the link came back.
+  std::uint64_t maps = 0;        ///< Environment maps that came, whole or as changes.
   /// Changes to a whole map that never came here: until the next whole one the last map stays.
   std::uint64_t maps_without_key = 0;
   LinkState state = LinkState::connecting;
-  std::string
-      last_error;  ///< Of the link or of the last refused message; empty while all went well.
+  std::string last_error;  ///< Of the link or of the last refused message; empty while all went well.
 };
 
 /// A link to one probe and what came through it. One reader thread per Probe follows the probe and
@@ -163,8 +162,8 @@ struct LinkStats {
 class Probe {
  public:
   /// uri: `grpc://host:port` (port 7420 where none is named; `grpc://[::1]:7420`), over TLS `grpcs://host:port` (see
-  /// ProbeOptions::credentials); `usb:SERIAL`, or `usb:` for the only probe that is plugged in; or `replay:PATH`, a recording
-  /// of descriptors played at its own pace; `replay:PATH?speed=2` twice as fast,
+  /// ProbeOptions::credentials); `usb:SERIAL`, or `usb:` for the only probe that is plugged in; or `replay:PATH`, a
+  /// recording of descriptors played at its own pace; `replay:PATH?speed=2` twice as fast,
   /// `?speed=0` as fast as it is read; or `mqtt://broker:1883/venue/probe`, `mqtts://` with TLS: a broker and the topic
   /// below which the probe publishes (ports 1883 and 8883 where none is named).
   /// invalid_argument: the URI or the options, with what would be right. unavailable: nobody
@@ -183,33 +182,31 @@ class Probe {
   /// reader thread; tens of nanoseconds. Validity::none before the first descriptor.
   [[nodiscard]] Lighting latest() const;
 
-  /// latest().in_world(T_world_probe), which allocates and takes about 20 µs: ask once a frame. T_world_probe is that of
-  /// ProbeOptions, else what the probe said of itself when the descriptor came; Validity::invalid_query where neither knows
-  /// where the probe is.
+  /// latest().in_world(T_world_probe), which allocates and takes about 20 µs: ask once a frame. T_world_probe is that
+  /// of ProbeOptions, else what the probe said of itself when the descriptor came; Validity::invalid_query where
+  /// neither knows where the probe is.
   [[nodiscard]] Lighting latest_in_world() const;
 
   /// How it was lit at `time`: interpolated between the two neighbouring descriptors (harmonics
   /// linearly; lights matched by track; a light that only one of them has fades). Later than the
-  /// newest: lights go on as they moved before, within ProbeOptions::extrapolation (brightness and harmonics stay: a lamp that
-  /// was switched on does not grow brighter and brighter), and the bound grows by what that moves; beyond, the newest is
-  /// held. Lighting::derivation() says which. Earlier than the oldest kept: Validity::before_history. stale
-  /// where the nearest descriptor is more than max_age away. Takes no lock; allocates when it
-  /// interpolates.
+  /// newest: lights go on as they moved before, within ProbeOptions::extrapolation (brightness and harmonics stay: a
+  /// lamp that was switched on does not grow brighter and brighter), and the bound grows by what that moves; beyond,
+  /// the newest is held. Lighting::derivation() says which. Earlier than the oldest kept: Validity::before_history.
+  /// stale where the nearest descriptor is more than max_age away. Takes no lock; allocates when it interpolates.
   [[nodiscard]] Lighting at(HostTime time) const;
 
   /// For tools: waits for a newest descriptor with another sequence than `seen` (nullopt: for any)
   /// and returns it. Not for render threads: it blocks. unavailable after `timeout`,
   /// failed_precondition where the recording has ended.
-  [[nodiscard]] Result<Lighting> wait_for_next(std::optional<std::uint64_t> seen,
-                                               Duration timeout) const;
+  [[nodiscard]] Result<Lighting> wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const;
 
   /// Blocks shortly. Zero uncertainty and offset for a recording.
   [[nodiscard]] ProbeInfo info() const;
   [[nodiscard]] LinkStats stats() const;
 
   /// Takes effect with the probe's next capture. Blocks until the probe answers, at most
-  /// connect_timeout. failed_precondition for a recording, and over MQTT, where a probe takes no commands; otherwise what
-  /// the probe said.
+  /// connect_timeout. failed_precondition for a recording, and over MQTT, where a probe takes no commands; otherwise
+  /// what the probe said.
   [[nodiscard]] Status set_estimator(const EstimatorConfig& config);
 
   /// Tells the probe what a lux meter beside it reads, facing `normal` (probe frame, need not be

@@ -18,8 +18,7 @@ namespace {
 static_assert(LW_LINK_CONNECTING == static_cast<int>(LinkState::connecting) &&
               LW_LINK_CONNECTED == static_cast<int>(LinkState::connected) &&
               LW_LINK_WAITING == static_cast<int>(LinkState::waiting) &&
-              LW_LINK_ENDED == static_cast<int>(LinkState::ended) &&
-              LW_LINK_GONE == static_cast<int>(LinkState::gone));
+              LW_LINK_ENDED == static_cast<int>(LinkState::ended) && LW_LINK_GONE == static_cast<int>(LinkState::gone));
 
 /// As long as anybody waits, about thirty years. Added to a clock's reading, INT64_MAX would be the past.
 constexpr std::int64_t kForeverNs = 1'000'000'000'000'000'000;
@@ -176,7 +175,9 @@ extern "C" {
 lw_status lw_probe_connect(const char* uri, size_t uri_length, const lw_probe_options* options, lw_probe** out) {
   return call([&]() -> Status {
     if (out == nullptr) return invalid("out is NULL: where should the probe go?");
-    if (uri == nullptr) return invalid("uri is NULL; it is grpc://HOST:PORT, grpcs://, usb:SERIAL, mqtt://BROKER/TOPIC, mqtts:// or replay:PATH");
+    if (uri == nullptr)
+      return invalid(
+          "uri is NULL; it is grpc://HOST:PORT, grpcs://, usb:SERIAL, mqtt://BROKER/TOPIC, mqtts:// or replay:PATH");
     Result<ProbeOptions> asked = options_of(options);
     if (!asked.ok()) return asked.status();
     const std::string_view where(uri, uri_length == LW_ZERO_TERMINATED ? std::strlen(uri) : uri_length);

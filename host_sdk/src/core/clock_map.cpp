@@ -66,14 +66,16 @@ bool ClockMap::fit() {
   };
   for (std::size_t i = 0; i + 1 < count_ && corner_count_ > 0; ++i) {
     const RoundTrip& one = kept_[i];
-    const auto t = static_cast<double>((one.at - newest.at).ns), seen = static_cast<double>((one.offset - newest.offset).ns);
+    const auto t = static_cast<double>((one.at - newest.at).ns),
+               seen = static_cast<double>((one.offset - newest.offset).ns);
     const double most = static_cast<double>(one.half_ns) + kWander * std::abs(t);
     clip(1, t, seen, most);
     if (corner_count_ > 0) clip(-1, t, seen, most);
   }
   if (corner_count_ == 0) return false;
-  const auto [low, high] = std::minmax_element(corners_.begin(), corners_.begin() + static_cast<std::ptrdiff_t>(corner_count_),
-                                               [](const auto& a, const auto& b) { return a[1] < b[1]; });
+  const auto [low, high] =
+      std::minmax_element(corners_.begin(), corners_.begin() + static_cast<std::ptrdiff_t>(corner_count_),
+                          [](const auto& a, const auto& b) { return a[1] < b[1]; });
   slowest_ = (*low)[1];
   fastest_ = (*high)[1];
   return true;

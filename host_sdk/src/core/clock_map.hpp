@@ -14,12 +14,12 @@ struct MappedTime {
   Duration uncertainty;
 };
 
-/// Two monotonic clocks that run at nearly the same rate. Each round trip says that the offset was within half its duration
-/// of a value (RFC 5905, section 8, with one time stamp at the peer). Offsets that lie on a straight line through all of these
-/// intervals are possible, and no others: what is said is the middle of the possible ones, and the uncertainty is half their
-/// width, so that the truth is never outside. A quick round trip narrows the line, a slow one cannot widen it, and two that are
-/// far apart tell the drift. What no line explains is a clock that was set anew: then only the newest counts.
-/// Pure, without a heap; one thread at a time.
+/// Two monotonic clocks that run at nearly the same rate. Each round trip says that the offset was within half its
+/// duration of a value (RFC 5905, section 8, with one time stamp at the peer). Offsets that lie on a straight line
+/// through all of these intervals are possible, and no others: what is said is the middle of the possible ones, and the
+/// uncertainty is half their width, so that the truth is never outside. A quick round trip narrows the line, a slow one
+/// cannot widen it, and two that are far apart tell the drift. What no line explains is a clock that was set anew: then
+/// only the newest counts. Pure, without a heap; one thread at a time.
 class ClockMap {
  public:
   /// How far two quartz clocks may drift apart, each 50 ppm.
@@ -29,8 +29,8 @@ class ClockMap {
   /// Round trips that are kept.
   static constexpr std::size_t kKept = 32;
 
-  /// The host sent at `sent` and had the answer at `received`; in between the probe read `probe`. A round trip that ended
-  /// before it began is passed over.
+  /// The host sent at `sent` and had the answer at `received`; in between the probe read `probe`. A round trip that
+  /// ended before it began is passed over.
   void add(HostTime sent, ProbeTime probe, HostTime received);
 
   [[nodiscard]] bool known() const { return count_ > 0; }

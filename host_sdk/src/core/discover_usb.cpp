@@ -38,7 +38,8 @@ void discover_by_usb(Duration timeout, Finds& finds) {
   const Result<std::vector<std::string>> serials = probes_on_usb();
   if (!serials.ok()) return finds.problem("USB: " + serials.status().message());
   std::vector<std::thread> asking;
-  for (const std::string& serial : *serials) asking.emplace_back([&finds, &serial, timeout] { ask(serial, timeout, finds); });
+  for (const std::string& serial : *serials)
+    asking.emplace_back([&finds, &serial, timeout] { ask(serial, timeout, finds); });
   for (std::thread& t : asking) t.join();
 }
 

@@ -24,15 +24,12 @@ bool EnvironmentKeeper::take(const Descriptor& descriptor) {
   return true;
 }
 
-std::shared_ptr<const KeptEnvironment> EnvironmentKeeper::map_for(
-    const Descriptor& descriptor) const {
-  if (!newest_ || newest_->units != descriptor.units ||
-      newest_->probe_id != descriptor.probe_id ||
+std::shared_ptr<const KeptEnvironment> EnvironmentKeeper::map_for(const Descriptor& descriptor) const {
+  if (!newest_ || newest_->units != descriptor.units || newest_->probe_id != descriptor.probe_id ||
       newest_->calibration_id != descriptor.calibration_id)
     return nullptr;
   const Duration older = descriptor.time.mid_exposure - newest_->mid_exposure;
-  const std::int64_t longest_ns =
-      kMaxIntervals * std::int64_t{newest_->map.key_interval_ms} * 1'000'000;
+  const std::int64_t longest_ns = kMaxIntervals * std::int64_t{newest_->map.key_interval_ms} * 1'000'000;
   if (older < Duration{} || older > Duration{longest_ns}) return nullptr;
   return newest_;
 }

@@ -32,11 +32,7 @@ grpc::ByteBuffer nothing() {
 
 GrpcConnection::GrpcConnection(std::shared_ptr<grpc::Channel> channel, const ProbeOptions& options,
                                grpc::CompletionQueue& queue, Intake& intake)
-    : options_(options),
-      queue_(queue),
-      intake_(intake),
-      generic_(channel),
-      last_heard_{monotonic_now_ns()} {
+    : options_(options), queue_(queue), intake_(intake), generic_(channel), last_heard_{monotonic_now_ns()} {
   ask_info();
 }
 
@@ -120,8 +116,7 @@ void GrpcConnection::on_stream_event(Op op, bool ok) {
     return;
   }
   if (op == Op::start) {
-    stream_->Write(nothing(), grpc::WriteOptions().set_last_message(),
-                   tag_of(Op::write));
+    stream_->Write(nothing(), grpc::WriteOptions().set_last_message(), tag_of(Op::write));
     return;
   }
   if (op == Op::write) intake_.set_state(LinkState::connected);

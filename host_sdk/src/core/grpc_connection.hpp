@@ -24,8 +24,8 @@ namespace lightwell::core {
 /// have parsed and lost. Destroy it only when drained().
 class GrpcConnection {
  public:
-  GrpcConnection(std::shared_ptr<grpc::Channel> channel, const ProbeOptions& options,
-                 grpc::CompletionQueue& queue, Intake& intake);
+  GrpcConnection(std::shared_ptr<grpc::Channel> channel, const ProbeOptions& options, grpc::CompletionQueue& queue,
+                 Intake& intake);
 
   /// An event of the queue whose tag is this object's (see tags below).
   void on_event(void* tag, bool ok);

@@ -24,8 +24,7 @@ class GrpcSource final : public Source {
   GrpcSource(const GrpcAddress& address, const ProbeOptions& options, Intake& intake)
       : host_port_(address.host_port),
         options_(options),
-        credentials_(address.transport == Transport::tls ? tls_credentials(options.credentials)
-                                                         : plain_credentials()),
+        credentials_(address.transport == Transport::tls ? tls_credentials(options.credentials) : plain_credentials()),
         intake_(intake),
         back_off_(options.retry_min, options.retry_max, std::random_device{}()),
         thread_([this] { follow(); }) {}
@@ -109,8 +108,7 @@ class GrpcSource final : public Source {
       const Duration wait = std::max(connection.next_due() - now, Duration{1'000'000});
       void* tag = nullptr;
       bool ok = false;
-      if (queue_.AsyncNext(&tag, &ok, deadline_after(wait)) == grpc::CompletionQueue::GOT_EVENT &&
-          tag != kWake)
+      if (queue_.AsyncNext(&tag, &ok, deadline_after(wait)) == grpc::CompletionQueue::GOT_EVENT && tag != kWake)
         connection.on_event(tag, ok);
       if (stopping_) connection.close({});
       connection.on_time({monotonic_now_ns()});
@@ -139,8 +137,7 @@ class GrpcSource final : public Source {
 
 }  // namespace
 
-std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
-                                         Intake& intake) {
+std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options, Intake& intake) {
   return std::make_unique<GrpcSource>(address, options, intake);
 }
 

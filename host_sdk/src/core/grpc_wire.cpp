@@ -44,9 +44,11 @@ std::string explained(const std::string& message) {
   const auto says = [&](std::string_view part) { return message.find(part) != std::string::npos; };
   if (says("certificate verify failed"))
     return "the TLS handshake failed: the certificate that this address shows has expired, or is not one that the "
-           "trusted authority vouches for; where the probe was given new keys, pair with it again (" + message + ")";
+           "trusted authority vouches for; where the probe was given new keys, pair with it again (" +
+           message + ")";
   if (says("DNS resolution failed") && says(".local"))
-    return message + "; names in .local are those of multicast DNS: is avahi-daemon running on this machine, and the probe on?";
+    return message +
+           "; names in .local are those of multicast DNS: is avahi-daemon running on this machine, and the probe on?";
   if (says("andshake failed")) return "the TLS handshake failed (" + message + ")";
   return message;
 }
@@ -84,8 +86,7 @@ Status status_of(const grpc::Status& status) {
   return {code_of(status.error_code()), explained(status.error_message())};
 }
 
-std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer,
-                                    std::vector<std::byte>& storage) {
+std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer, std::vector<std::byte>& storage) {
   storage.clear();
   std::vector<grpc::Slice> slices;
   if (!buffer.Dump(&slices).ok()) return {};

@@ -25,8 +25,8 @@ namespace lightwell::core {
 [[nodiscard]] gpr_timespec deadline_after(Duration from_now);
 
 /// One new TCP connection, whatever channels there were before: a dead connection is not found
-/// again. A name in .local is asked for by multicast DNS, which takes a second at most and ends early once `*stopping`; where nobody
-/// answers to that, DNS is asked as for any name. Certificates are judged by the name.
+/// again. A name in .local is asked for by multicast DNS, which takes a second at most and ends early once `*stopping`;
+/// where nobody answers to that, DNS is asked as for any name. Certificates are judged by the name.
 [[nodiscard]] std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port,
                                                          const std::shared_ptr<grpc::ChannelCredentials>& credentials,
                                                          const std::atomic<bool>* stopping = nullptr);
@@ -35,7 +35,6 @@ namespace lightwell::core {
 [[nodiscard]] Status status_of(const grpc::Status& status);
 
 /// The bytes of a message, in one piece, in `storage` whose memory is used again.
-[[nodiscard]] std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer,
-                                                  std::vector<std::byte>& storage);
+[[nodiscard]] std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer, std::vector<std::byte>& storage);
 
 }  // namespace lightwell::core

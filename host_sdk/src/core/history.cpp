@@ -59,9 +59,8 @@ std::shared_ptr<const History> appended(const History* before, std::shared_ptr<c
   auto after = std::make_shared<History>();
   if (before != nullptr) {
     const auto& old = before->samples;
-    const auto end = std::find_if(old.begin(), old.end(), [&](const auto& s) {
-      return s->mid_exposure >= sample->mid_exposure;
-    });
+    const auto end =
+        std::find_if(old.begin(), old.end(), [&](const auto& s) { return s->mid_exposure >= sample->mid_exposure; });
     const auto count = std::min(static_cast<std::size_t>(end - old.begin()), capacity - 1);
     after->samples.reserve(count + 1);
     after->samples.assign(end - static_cast<std::ptrdiff_t>(count), end);
@@ -78,9 +77,8 @@ Lighting newest_lighting(const History* history, HostTime now, Duration max_age)
 Lighting lighting_at(const History* history, HostTime time, Duration max_age, Duration extrapolation) {
   if (history == nullptr) return {nullptr, Validity::none, {}, max_age};
   const auto& samples = history->samples;
-  const auto next =
-      std::upper_bound(samples.begin(), samples.end(), time,
-                       [](HostTime t, const auto& sample) { return t < sample->mid_exposure; });
+  const auto next = std::upper_bound(samples.begin(), samples.end(), time,
+                                     [](HostTime t, const auto& sample) { return t < sample->mid_exposure; });
   if (next == samples.begin()) return {nullptr, Validity::before_history, {}, max_age};
   const std::shared_ptr<const Sample>& before = *(next - 1);
   if (before->mid_exposure == time) return held(before, time, max_age);

@@ -20,8 +20,7 @@ struct History {
 
 /// `before` (may be null) and one more sample, at most `capacity` in all. Samples that are not
 /// older than the new one go: the clock was corrected, or the probe began anew.
-[[nodiscard]] std::shared_ptr<const History> appended(const History* before,
-                                                      std::shared_ptr<const Sample> sample,
+[[nodiscard]] std::shared_ptr<const History> appended(const History* before, std::shared_ptr<const Sample> sample,
                                                       std::size_t capacity);
 
 /// The newest; Validity::none where `history` is null.

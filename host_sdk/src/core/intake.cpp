@@ -35,8 +35,7 @@ void Intake::describe(const ProbeInfo& info) {
   changed_.notify_all();
 }
 
-void Intake::take(std::span<const std::byte> bytes, HostTime received,
-                  const HostTimeOf& host_time_of) {
+void Intake::take(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of) {
   Result<Descriptor> decoded = decode_descriptor(bytes);
   if (!decoded.ok()) {
     const std::lock_guard lock(mutex_);
@@ -48,7 +47,8 @@ void Intake::take(std::span<const std::byte> bytes, HostTime received,
   if (!mapped) {
     const std::lock_guard lock(mutex_);
     ++stats_.untimely;
-    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) + " is not newer than what came before, or from the future";
+    stats_.last_error =
+        "descriptor " + std::to_string(decoded->sequence) + " is not newer than what came before, or from the future";
     return;
   }
   if (seen_before(*decoded)) {
@@ -71,8 +71,7 @@ void Intake::take(std::span<const std::byte> bytes, HostTime received,
   store_.publish(history_);
   const HostTime stored{monotonic_now_ns()};
   count(shared->descriptor, bytes.size(), understood);
-  if (on_descriptor_)
-    on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
+  if (on_descriptor_) on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
 }
 
 bool Intake::seen_before(const Descriptor& descriptor) const {
@@ -96,8 +95,8 @@ void Intake::count(const Descriptor& descriptor, std::size_t bytes, bool map_und
 void Intake::refuse_oversized(std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   ++stats_.oversized;
-  stats_.last_error = "a message of " + std::to_string(bytes) +
-                      " bytes; a descriptor has at most " + std::to_string(kMaxDescriptorBytes);
+  stats_.last_error = "a message of " + std::to_string(bytes) + " bytes; a descriptor has at most " +
+                      std::to_string(kMaxDescriptorBytes);
 }
 
 void Intake::note_link(std::uint64_t lost, std::uint64_t refused) {
@@ -140,11 +139,9 @@ Lighting Intake::at(HostTime time) const {
 
 Status Intake::wait_until_described(Duration timeout) const {
   std::unique_lock lock(mutex_);
-  if (changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return described_; }))
-    return {};
-  return {StatusCode::unavailable,
-          "no answer within " + in_seconds(timeout) +
-              (stats_.last_error.empty() ? std::string() : " (" + stats_.last_error + ")")};
+  if (changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return described_; })) return {};
+  return {StatusCode::unavailable, "no answer within " + in_seconds(timeout) +
+                                       (stats_.last_error.empty() ? std::string() : " (" + stats_.last_error + ")")};
 }
 
 Status Intake::wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const {

@@ -20,8 +20,8 @@
 
 namespace lightwell::core {
 
-/// The host's clock at the middle of a descriptor's exposure, as its link knows it; nothing where the descriptor must not
-/// become the newest (ArrivalGate).
+/// The host's clock at the middle of a descriptor's exposure, as its link knows it; nothing where the descriptor must
+/// not become the newest (ArrivalGate).
 using HostTimeOf = std::function<std::optional<MappedTime>(const CaptureTime&)>;
 
 /// Between one link's reader thread, which writes, and any number of threads that ask.
@@ -33,8 +33,8 @@ class Intake {
 
   /// Who the probe is and how its clock stands; the first one lets connect() return.
   void describe(const ProbeInfo& info);
-  /// Bytes of one descriptor. Undecodable and untimely ones are counted, and the last good one stays; so are those that were
-  /// here before, by number and time of the probe: somebody sent them again.
+  /// Bytes of one descriptor. Undecodable and untimely ones are counted, and the last good one stays; so are those that
+  /// were here before, by number and time of the probe: somebody sent them again.
   void take(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of);
   /// A message of so many bytes, dropped unread.
   void refuse_oversized(std::size_t bytes);
@@ -44,8 +44,8 @@ class Intake {
   void refuse(const std::string& why);
   void set_state(LinkState state);
   void report_error(const std::string& error);
-  /// Numbers and times may begin anew: the link was made anew, or the probe started again. set_state() says so, too, where
-  /// the link comes back.
+  /// Numbers and times may begin anew: the link was made anew, or the probe started again. set_state() says so, too,
+  /// where the link comes back.
   void begin_anew() { newest_.reset(); }
 
   // Any thread's side.
@@ -77,9 +77,9 @@ class Intake {
   const Duration extrapolation_;
   const std::function<void(const Arrival&)> on_descriptor_;
 
-  EnvironmentKeeper environments_;          // the reader thread's own
-  std::shared_ptr<const History> history_;  // the reader thread's own copy
-  std::optional<Identity> newest_;          // the reader thread's own
+  EnvironmentKeeper environments_;                      // the reader thread's own
+  std::shared_ptr<const History> history_;              // the reader thread's own copy
+  std::optional<Identity> newest_;                      // the reader thread's own
   std::shared_ptr<const UncertainPose> T_world_probe_;  // the reader thread's own
   LatestStore<History> store_;
 

@@ -38,18 +38,16 @@ Light between(const Light& a, const Light& b, float f) {
   out.direction = vec_cast<float>(normalized(direction));
   out.irradiance = a.irradiance * (1 - f) + b.irradiance * f;
   out.angular_radius_rad = blend(a.angular_radius_rad, b.angular_radius_rad, f);
-  const auto from_a =
-      carried_covariance(a.direction_covariance, a.direction, forward, out.direction);
-  const auto from_b =
-      carried_covariance(b.direction_covariance, b.direction, backward, out.direction);
+  const auto from_a = carried_covariance(a.direction_covariance, a.direction, forward, out.direction);
+  const auto from_b = carried_covariance(b.direction_covariance, b.direction, backward, out.direction);
   for (std::size_t i = 0; i < 3; ++i) out.direction_covariance[i] = blend(from_a[i], from_b[i], f);
   return out;
 }
 
 const Light* with_track(const std::vector<Light>& lights, std::uint32_t track) {
   if (track == 0) return nullptr;
-  const auto found = std::find_if(lights.begin(), lights.end(),
-                                  [&](const Light& light) { return light.track == track; });
+  const auto found =
+      std::find_if(lights.begin(), lights.end(), [&](const Light& light) { return light.track == track; });
   return found == lights.end() ? nullptr : &*found;
 }
 
@@ -68,9 +66,8 @@ std::vector<Light> blend_lights(const std::vector<Light>& a, const std::vector<L
   }
   for (const Light& light : b)
     if (with_track(a, light.track) == nullptr) faded(light, f);
-  std::stable_sort(out.begin(), out.end(), [](const Light& x, const Light& y) {
-    return x.irradiance.luminance() > y.irradiance.luminance();
-  });
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Light& x, const Light& y) { return x.irradiance.luminance() > y.irradiance.luminance(); });
   if (out.size() > kMaxLights) out.resize(kMaxLights);
   return out;
 }
@@ -81,15 +78,13 @@ RadianceSh blend_harmonics(const RadianceSh& a, const RadianceSh& b, float f) {
   const auto of = [](const RadianceSh& sh, int i) {
     return i < sh.count() ? sh.c[static_cast<std::size_t>(i)] : Radiance{};
   };
-  for (int i = 0; i < out.count(); ++i)
-    out.c[static_cast<std::size_t>(i)] = of(a, i) * (1 - f) + of(b, i) * f;
+  for (int i = 0; i < out.count(); ++i) out.c[static_cast<std::size_t>(i)] = of(a, i) * (1 - f) + of(b, i) * f;
   return out;
 }
 
 ErrorBound worse(const ErrorBound& a, const ErrorBound& b) {
-  return {std::max(a.total, b.total), std::max(a.truncation, b.truncation),
-          std::max(a.sampling, b.sampling), std::max(a.noise, b.noise),
-          std::max(a.quantization, b.quantization), std::max(a.smoothing, b.smoothing)};
+  return {std::max(a.total, b.total), std::max(a.truncation, b.truncation),     std::max(a.sampling, b.sampling),
+          std::max(a.noise, b.noise), std::max(a.quantization, b.quantization), std::max(a.smoothing, b.smoothing)};
 }
 
 /// RMS over all normals, as luminance.
@@ -99,7 +94,8 @@ double rms_irradiance(const Descriptor& d) {
   const std::vector<ReceiverLight> lights = receiver_lights(d.lights);
   double sum = 0;
   for (int i = 0; i < kNormals; ++i) {
-    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y), phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y),
+                 phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
     const Vec3d n{s * std::cos(phi), y, s * std::sin(phi)};
     const double e = (evaluate(harmonics, vec_cast<float>(n)) + irradiance_on(lights, n)).luminance();
     sum += e * e;
@@ -111,7 +107,8 @@ double rms_irradiance(const Descriptor& d) {
 
 Descriptor extrapolated(const Descriptor& before, const Descriptor& newest, float f) {
   Descriptor out = newest;
-  if (before.units != newest.units || before.calibration_id != newest.calibration_id || before.probe_id != newest.probe_id || !(f > 0))
+  if (before.units != newest.units || before.calibration_id != newest.calibration_id ||
+      before.probe_id != newest.probe_id || !(f > 0))
     return out;
   out.time.mid_exposure.ns += static_cast<std::int64_t>(
       static_cast<double>((newest.time.mid_exposure - before.time.mid_exposure).ns) * static_cast<double>(f));
@@ -124,8 +121,8 @@ Descriptor extrapolated(const Descriptor& before, const Descriptor& newest, floa
     if (!(turn > 0)) continue;
     const double share = std::min(static_cast<double>(f), std::numbers::pi / turn);
     light = turned(light, partial_turn(from, to, share));
-    // A lamp that turns by a small angle changes the clipped cosine by sin(theta) cos(phi) of it: over all normals, RMS, by
-    // the angle over sqrt(6).
+    // A lamp that turns by a small angle changes the clipped cosine by sin(theta) cos(phi) of it: over all normals,
+    // RMS, by the angle over sqrt(6).
     moved2 += std::pow(share * turn * static_cast<double>(light.irradiance.luminance()), 2) / 6;
   }
   if (moved2 > 0) {

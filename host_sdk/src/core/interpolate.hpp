@@ -12,9 +12,9 @@ namespace lightwell::core {
 /// units or calibration, so is everything.
 [[nodiscard]] Descriptor interpolated(const Descriptor& a, const Descriptor& b, float f);
 
-/// `newest`, whose lights have moved on: those that `before` has, too, by the share `f` (0 or more) of the turn that they made
-/// since, half a turn at most. The bound grows by the irradiance that this moves. Where the two differ in units or
-/// calibration: `newest`.
+/// `newest`, whose lights have moved on: those that `before` has, too, by the share `f` (0 or more) of the turn that
+/// they made since, half a turn at most. The bound grows by the irradiance that this moves. Where the two differ in
+/// units or calibration: `newest`.
 [[nodiscard]] Descriptor extrapolated(const Descriptor& before, const Descriptor& newest, float f);
 
 }  // namespace lightwell::core

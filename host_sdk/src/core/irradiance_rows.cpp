@@ -46,7 +46,8 @@ HWY_INLINE void add_harmonics(D d, const IrradianceSh& sh, V x, V y, V z, Sums<V
       if (m > 0) add(at - order, hn::Mul(current, im));
       if (l == sh.band) break;
       const auto above = static_cast<std::size_t>(l + 1);
-      const V a = hn::Set(d, static_cast<float>(k.a[above][order])), b = hn::Set(d, static_cast<float>(k.b[above][order]));
+      const V a = hn::Set(d, static_cast<float>(k.a[above][order])),
+              b = hn::Set(d, static_cast<float>(k.b[above][order]));
       const V next = hn::Mul(a, hn::NegMulAdd(b, previous, hn::Mul(z, current)));
       previous = current;
       current = next;
@@ -57,8 +58,8 @@ HWY_INLINE void add_harmonics(D d, const IrradianceSh& sh, V x, V y, V z, Sums<V
   }
 }
 
-/// Band 2, the usual one, written out: the same sums without the recursion's bookkeeping. As polynomials in x, y, z on the
-/// unit sphere (Ramamoorthi & Hanrahan 2001, eq. 12, in our basis).
+/// Band 2, the usual one, written out: the same sums without the recursion's bookkeeping. As polynomials in x, y, z on
+/// the unit sphere (Ramamoorthi & Hanrahan 2001, eq. 12, in our basis).
 struct Quadratic {
   float one[3], x[3], y[3], z[3], xy[3], yz[3], xz[3], zz[3], xx_yy[3];
 };
@@ -85,7 +86,8 @@ Quadratic quadratic_of(const IrradianceSh& sh) {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V quadratic(D d, const Quadratic& q, int c, V x, V y, V z, V xx_yy) {
   // Horner's scheme in z, then y.
-  const V of_z = hn::MulAdd(hn::Set(d, q.zz[c]), z, hn::MulAdd(hn::Set(d, q.yz[c]), y, hn::MulAdd(hn::Set(d, q.xz[c]), x, hn::Set(d, q.z[c]))));
+  const V of_z = hn::MulAdd(hn::Set(d, q.zz[c]), z,
+                            hn::MulAdd(hn::Set(d, q.yz[c]), y, hn::MulAdd(hn::Set(d, q.xz[c]), x, hn::Set(d, q.z[c]))));
   const V of_y = hn::MulAdd(hn::Set(d, q.xy[c]), x, hn::Set(d, q.y[c]));
   const V rest = hn::MulAdd(hn::Set(d, q.xx_yy[c]), xx_yy, hn::MulAdd(hn::Set(d, q.x[c]), x, hn::Set(d, q.one[c])));
   return hn::MulAdd(of_z, z, hn::MulAdd(of_y, y, rest));
@@ -106,8 +108,8 @@ HWY_NOINLINE V shares_at_horizon(D d, M cut, V share, const ReceiverLight& light
   return hn::Load(d, shares);
 }
 
-std::size_t IrradianceRows(const IrradianceSh& sh, std::span<const ReceiverLight> lights, std::span<const Vec3f> normals,
-                           std::span<Irradiance> out) {
+std::size_t IrradianceRows(const IrradianceSh& sh, std::span<const ReceiverLight> lights,
+                           std::span<const Vec3f> normals, std::span<Irradiance> out) {
   const hn::ScalableTag<float> d;
   using V = hn::Vec<decltype(d)>;
   const std::size_t lanes = hn::Lanes(d);
@@ -132,7 +134,8 @@ std::size_t IrradianceRows(const IrradianceSh& sh, std::span<const ReceiverLight
     Sums<V> sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     if (sh.band == 2) {
       const V xx_yy = hn::NegMulAdd(y, y, hn::Mul(x, x));
-      sum = {quadratic(d, q, 0, x, y, z, xx_yy), quadratic(d, q, 1, x, y, z, xx_yy), quadratic(d, q, 2, x, y, z, xx_yy)};
+      sum = {quadratic(d, q, 0, x, y, z, xx_yy), quadratic(d, q, 1, x, y, z, xx_yy),
+             quadratic(d, q, 2, x, y, z, xx_yy)};
     } else {
       add_harmonics(d, sh, x, y, z, sum);
     }
@@ -167,7 +170,8 @@ std::size_t irradiance_rows(const IrradianceSh& harmonics, std::span<const Recei
   return HWY_DYNAMIC_DISPATCH(IrradianceRows)(harmonics, lights, normals, out);
 }
 
-bool irradiance_one(const IrradianceSh& harmonics, std::span<const ReceiverLight> lights, Vec3f normal, Irradiance& out) {
+bool irradiance_one(const IrradianceSh& harmonics, std::span<const ReceiverLight> lights, Vec3f normal,
+                    Irradiance& out) {
   const auto given = vec_cast<double>(normal);
   // Squares of any float lie well within a double.
   const double length2 = dot(given, given);

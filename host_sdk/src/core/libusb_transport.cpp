@@ -1,10 +1,9 @@
-#include <libusb.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <deque>
+#include <libusb.h>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -21,8 +20,8 @@
 namespace lightwell::core {
 namespace {
 
-/// What libusb hands to the kernel in one piece; of a larger transfer it hands over several, and frees them too early where
-/// a packet overflows (1.0.26). A longer frame fills some of these and ends within the next.
+/// What libusb hands to the kernel in one piece; of a larger transfer it hands over several, and frees them too early
+/// where a packet overflows (1.0.26). A longer frame fills some of these and ends within the next.
 constexpr std::size_t kTransferBytes = 16 * 1024;
 /// So that the controller has somewhere to put the next frames, a longest one included, while this process is busy.
 constexpr std::size_t kTransfersInFlight = 8;
@@ -124,8 +123,7 @@ class LibusbTransport final : public UsbTransport {
     // Without it whoever waits looks again from time to time.
     watching_ = libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0 &&
                 libusb_hotplug_register_callback(context_, LIBUSB_HOTPLUG_EVENT_DEVICE_ARRIVED, 0, kUsbVendor,
-                                                 kUsbProduct, LIBUSB_HOTPLUG_MATCH_ANY, on_arrival, this,
-                                                 &watch_) == 0;
+                                                 kUsbProduct, LIBUSB_HOTPLUG_MATCH_ANY, on_arrival, this, &watch_) == 0;
     return {};
   }
 
@@ -135,8 +133,9 @@ class LibusbTransport final : public UsbTransport {
     if (const int error = libusb_claim_interface(handle_.get(), interface_.number); error != 0) {
       handle_.reset();
       return error == LIBUSB_ERROR_BUSY
-                 ? Status(StatusCode::resource_exhausted, "another program on this machine follows the probe by USB; a "
-                                                          "probe serves several by its network function")
+                 ? Status(StatusCode::resource_exhausted,
+                          "another program on this machine follows the probe by USB; a "
+                          "probe serves several by its network function")
                  : Status(StatusCode::unavailable, "the probe's interface cannot be had: " + text_of(error));
     }
     claimed_ = true;
@@ -256,8 +255,9 @@ class LibusbTransport final : public UsbTransport {
     context_ = nullptr;
   }
 
-  /// libusb looks through the buses as it begins; later it believes udev's events, and where no udevd runs (in a container,
-  /// say) there are none: a probe that was plugged in again would never be seen. So it begins anew. `found`: what it said.
+  /// libusb looks through the buses as it begins; later it believes udev's events, and where no udevd runs (in a
+  /// container, say) there are none: a probe that was plugged in again would never be seen. So it begins anew. `found`:
+  /// what it said.
   [[nodiscard]] Status look_anew(const std::string& serial, const Status& found) {
     const bool absent = found.code() == StatusCode::not_found || found.code() == StatusCode::unavailable;
     if (!absent || given_up_) return found;
@@ -275,14 +275,20 @@ class LibusbTransport final : public UsbTransport {
   UsbEvent after_sending(const Transfer& t) {
     UsbEvent event{UsbEvent::Kind::sent, {}, {}, {}};
     switch (t.usb->status) {
-      case LIBUSB_TRANSFER_COMPLETED: break;
-      case LIBUSB_TRANSFER_NO_DEVICE: return gone();
+      case LIBUSB_TRANSFER_COMPLETED:
+        break;
+      case LIBUSB_TRANSFER_NO_DEVICE:
+        return gone();
       case LIBUSB_TRANSFER_STALL:
         libusb_clear_halt(handle_.get(), interface_.out);
         event.error = "the probe refused a transfer";
         break;
-      case LIBUSB_TRANSFER_TIMED_OUT: event.error = "the probe did not take a request in time"; break;
-      default: event.error = "a request did not arrive"; break;
+      case LIBUSB_TRANSFER_TIMED_OUT:
+        event.error = "the probe did not take a request in time";
+        break;
+      default:
+        event.error = "a request did not arrive";
+        break;
     }
     return event;
   }
@@ -297,13 +303,18 @@ class LibusbTransport final : public UsbTransport {
         event.ending = t.usb->actual_length < t.usb->length ? UsbEvent::Ending::of_transfer : UsbEvent::Ending::none;
         return event;
       case LIBUSB_TRANSFER_NO_DEVICE:
-      case LIBUSB_TRANSFER_CANCELLED: return gone();
+      case LIBUSB_TRANSFER_CANCELLED:
+        return gone();
       case LIBUSB_TRANSFER_STALL:
         libusb_clear_halt(handle_.get(), interface_.in);
         event.error = "the probe stalled its endpoint; it was cleared";
         break;
-      case LIBUSB_TRANSFER_OVERFLOW: event.error = "the probe sent more than a packet holds"; break;
-      default: event.error = "a transfer was damaged on the bus"; break;
+      case LIBUSB_TRANSFER_OVERFLOW:
+        event.error = "the probe sent more than a packet holds";
+        break;
+      default:
+        event.error = "a transfer was damaged on the bus";
+        break;
     }
     if (++errors_in_row_ > kMaxErrorsInRow || !submit(t)) return gone();
     event.kind = UsbEvent::Kind::failed;
@@ -347,7 +358,8 @@ Status LibusbTransport::find(const std::string& serial) {
       status = opened.status();
       continue;
     }
-    if (const std::string its = choose ? serial_of(opened->get()) : serial; its != serial || (choose && serial.empty())) {
+    if (const std::string its = choose ? serial_of(opened->get()) : serial;
+        its != serial || (choose && serial.empty())) {
       others += (others.empty() ? "usb:" : ", usb:") + its;
       continue;
     }
@@ -381,7 +393,8 @@ Result<std::vector<std::string>> probes_on_usb() {
   }
   if (count >= 0) libusb_free_device_list(list, 1);
   libusb_exit(context);
-  if (count < 0) return Status(StatusCode::unavailable, "USB cannot be looked through: " + text_of(static_cast<int>(count)));
+  if (count < 0)
+    return Status(StatusCode::unavailable, "USB cannot be looked through: " + text_of(static_cast<int>(count)));
   if (serials.empty() && !barred.ok()) return barred;
   return serials;
 }

@@ -6,8 +6,7 @@
 
 namespace lightwell::core {
 
-std::array<float, 3> carried_covariance(const std::array<float, 3>& covariance, Vec3f from, Quat q,
-                                        Vec3f to) {
+std::array<float, 3> carried_covariance(const std::array<float, 3>& covariance, Vec3f from, Quat q, Vec3f to) {
   const auto old_basis = tangent_basis(vec_cast<double>(from));
   const auto new_basis = tangent_basis(vec_cast<double>(to));
   const Vec3d u = rotate(q, old_basis[0]), v = rotate(q, old_basis[1]);
@@ -24,8 +23,7 @@ std::array<float, 3> carried_covariance(const std::array<float, 3>& covariance, 
 Light turned(const Light& light, Quat q) {
   Light out = light;
   out.direction = vec_cast<float>(normalized(rotate(q, vec_cast<double>(light.direction))));
-  out.direction_covariance =
-      carried_covariance(light.direction_covariance, light.direction, q, out.direction);
+  out.direction_covariance = carried_covariance(light.direction_covariance, light.direction, q, out.direction);
   return out;
 }
 

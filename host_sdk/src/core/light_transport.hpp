@@ -12,8 +12,8 @@ namespace lightwell::core {
 /// The covariance of a direction, given in tangent_basis(from), after the turn q, in
 /// tangent_basis(to), where `to` is about rotate(q, from). The basis does not turn with its normal,
 /// so the numbers change even where the ellipse only moves along.
-[[nodiscard]] std::array<float, 3> carried_covariance(const std::array<float, 3>& covariance,
-                                                      Vec3f from, Quat q, Vec3f to);
+[[nodiscard]] std::array<float, 3> carried_covariance(const std::array<float, 3>& covariance, Vec3f from, Quat q,
+                                                      Vec3f to);
 
 /// The light in a frame turned by q, p_new = q p_old.
 [[nodiscard]] Light turned(const Light& light, Quat q);

@@ -24,8 +24,7 @@ const core::Sample& no_sample() {
 }
 
 struct RoughnessLobe {
-  explicit RoughnessLobe(float r)
-      : roughness(r), lobe(static_cast<double>(r)), band_factor(lobe.coefficients()) {}
+  explicit RoughnessLobe(float r) : roughness(r), lobe(static_cast<double>(r)), band_factor(lobe.coefficients()) {}
   float roughness;
   GgxLobe lobe;
   std::array<double, kMaxBand + 1> band_factor;
@@ -44,16 +43,15 @@ RadianceSh convolved(const RadianceSh& sh, const std::array<double, kMaxBand + 1
   out.band = sh.band;
   for (int l = 0, i = 0; l <= sh.band; ++l) {
     const auto k = static_cast<float>(band_factor[static_cast<std::size_t>(l)]);
-    for (; i < sh_count(l); ++i)
-      out.c[static_cast<std::size_t>(i)] = sh.c[static_cast<std::size_t>(i)] * k;
+    for (; i < sh_count(l); ++i) out.c[static_cast<std::size_t>(i)] = sh.c[static_cast<std::size_t>(i)] * k;
   }
   return out;
 }
 
 }  // namespace
 
-Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age,
-                   Duration max_age, Derivation derivation)
+Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age, Duration max_age,
+                   Derivation derivation)
     : sample_(std::move(sample)), validity_(validity), age_(age), max_age_(max_age), derivation_(derivation) {}
 
 Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
@@ -73,7 +71,8 @@ std::string Lighting::reason() const {
     case Validity::stale: {
       std::array<char, 160> text{};
       std::snprintf(text.data(), text.size(),
-                    "%.0f ms from the nearest descriptor (as far as the clocks are known: within %.3g ms), and max_age is %.0f ms",
+                    "%.0f ms from the nearest descriptor (as far as the clocks are known: within %.3g ms), and max_age "
+                    "is %.0f ms",
                     age_.milliseconds(), age_uncertainty().milliseconds(), max_age_.milliseconds());
       return text.data();
     }
@@ -89,9 +88,7 @@ std::string Lighting::reason() const {
 
 Duration Lighting::age_uncertainty() const { return sample_ ? sample_->time_uncertainty : Duration{}; }
 
-const Descriptor& Lighting::descriptor() const {
-  return sample_ ? sample_->descriptor : no_sample().descriptor;
-}
+const Descriptor& Lighting::descriptor() const { return sample_ ? sample_->descriptor : no_sample().descriptor; }
 
 std::size_t Lighting::encoded_bytes() const { return sample_ ? sample_->encoded_bytes : 0; }
 HostTime Lighting::mid_exposure() const { return sample_ ? sample_->mid_exposure : HostTime{}; }
@@ -166,8 +163,7 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
   }
   constexpr auto smallest = static_cast<float>(GgxLobe::kMinRoughness);
   const RoughnessLobe& rough = lobe_of(std::clamp(perceptual_roughness, smallest, 1.0F));
-  out.value = kept != nullptr ? mapped(rough.roughness)
-                              : evaluate(convolved(sh, rough.band_factor), d);
+  out.value = kept != nullptr ? mapped(rough.roughness) : evaluate(convolved(sh, rough.band_factor), d);
   out.value += lights_radiance(sample_->descriptor.lights, direction, rough.lobe);
   return out;
 }
@@ -177,8 +173,7 @@ const UncertainPose* Lighting::mounting() const { return sample_ ? sample_->T_wo
 Lighting Lighting::rotated(Quat q) const {
   if (!sample_) return *this;
   const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  if (!(norm2 > 0) || !std::isfinite(norm2))
-    return {nullptr, Validity::invalid_query, {}, max_age_};
+  if (!(norm2 > 0) || !std::isfinite(norm2)) return {nullptr, Validity::invalid_query, {}, max_age_};
   const Quat turn = q.normalized();
   core::Sample out = *sample_;
   out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);

@@ -31,9 +31,8 @@ bool is_mdns_name(const std::string& host_port) {
   constexpr std::string_view kDomain = ".local";
   const std::string_view host = host_of(host_port);
   return host.size() > kDomain.size() &&
-         std::ranges::equal(host.substr(host.size() - kDomain.size()), kDomain, [](char a, char b) {
-           return std::tolower(static_cast<unsigned char>(a)) == b;
-         });
+         std::ranges::equal(host.substr(host.size() - kDomain.size()), kDomain,
+                            [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
 }
 
 #ifdef LIGHTWELL_HAVE_MDNS

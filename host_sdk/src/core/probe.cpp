@@ -50,25 +50,20 @@ Status ProbeOptions::validate() const {
 
 Status MqttCredentials::validate() const {
   if (certificate_file.empty() != key_file.empty())
-    return {StatusCode::invalid_argument,
-            "MqttCredentials: certificate_file and key_file come together or not at all"};
+    return {StatusCode::invalid_argument, "MqttCredentials: certificate_file and key_file come together or not at all"};
   if (user.empty() && !password.empty())
     return {StatusCode::invalid_argument, "MqttCredentials: a password without a user"};
-  for (const auto& [field, path] : {std::pair{"ca_file", &ca_file},
-                                    {"certificate_file", &certificate_file},
-                                    {"key_file", &key_file}})
+  for (const auto& [field, path] :
+       {std::pair{"ca_file", &ca_file}, {"certificate_file", &certificate_file}, {"key_file", &key_file}})
     if (!path->empty() && !std::ifstream(*path).good())
-      return {StatusCode::not_found,
-              "MqttCredentials: " + std::string(field) + ": " + *path + " cannot be read"};
+      return {StatusCode::not_found, "MqttCredentials: " + std::string(field) + ": " + *path + " cannot be read"};
   return {};
 }
 
 namespace {
 
 /// At the head of a message; `usb:` has a colon already.
-std::string named(std::string_view uri) {
-  return std::string(uri) + (uri.ends_with(':') ? " " : ": ");
-}
+std::string named(std::string_view uri) { return std::string(uri) + (uri.ends_with(':') ? " " : ": "); }
 
 }  // namespace
 
@@ -98,8 +93,7 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   }
   if (const auto* usb = std::get_if<core::UsbAddress>(&*where)) {
     Result<std::unique_ptr<core::Source>> source = core::make_usb_source(*usb, options, impl->intake);
-    if (!source.ok())
-      return Status(source.status().code(), named(uri) + source.status().message());
+    if (!source.ok()) return Status(source.status().code(), named(uri) + source.status().message());
     impl->source = std::move(*source);
     const Status described = impl->intake.wait_until_described(options.connect_timeout);
     if (!described.ok())
@@ -113,8 +107,7 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   const auto& address = std::get<core::GrpcAddress>(*where);
   Result<ProbeCredentials> credentials = core::credentials_for(options.credentials, address);
   if (!credentials.ok())
-    return Status(credentials.status().code(),
-                  std::string(uri) + ": " + credentials.status().message());
+    return Status(credentials.status().code(), std::string(uri) + ": " + credentials.status().message());
   options.credentials = std::move(*credentials);
   impl->source = core::make_grpc_source(address, options, impl->intake);
   const Status described = impl->intake.wait_until_described(options.connect_timeout);
@@ -124,8 +117,7 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   return Probe(std::move(impl));
 }
 
-Result<Probe> Probe::connect_at_broker(const MqttAddress& broker,
-                                       [[maybe_unused]] const ProbeOptions& options,
+Result<Probe> Probe::connect_at_broker(const MqttAddress& broker, [[maybe_unused]] const ProbeOptions& options,
                                        [[maybe_unused]] std::unique_ptr<Impl> impl) {
 #ifdef LIGHTWELL_HAVE_MQTT
   impl->source = core::make_mqtt_source(broker, options, impl->intake);
@@ -144,7 +136,9 @@ Lighting Probe::latest_in_world() const {
   const UncertainPose* T_world_probe = impl_->T_world_probe ? &*impl_->T_world_probe : light.mounting();
   // Before the first descriptor that is the reason, whether or not the probe will know where it hangs.
   if (light.validity() == Validity::none || T_world_probe == nullptr)
-    return {nullptr, light.validity() == Validity::none ? Validity::none : Validity::invalid_query, {},
+    return {nullptr,
+            light.validity() == Validity::none ? Validity::none : Validity::invalid_query,
+            {},
             Lighting::kDefaultMaxAge};
   return light.in_world(*T_world_probe);
 }
@@ -167,8 +161,7 @@ Result<double> Probe::report_lux(double lux, Vec3f normal) {
   if (!(lux > 0) || !(lux < 1e9))
     return Status(StatusCode::invalid_argument, "report_lux: lux must be above zero, below 1e9");
   const Vec3f unit = normalized(normal);
-  if (unit == Vec3f{})
-    return Status(StatusCode::invalid_argument, "report_lux: the normal is zero or not finite");
+  if (unit == Vec3f{}) return Status(StatusCode::invalid_argument, "report_lux: the normal is zero or not finite");
   return impl_->source->report_lux(lux, unit);
 }
 

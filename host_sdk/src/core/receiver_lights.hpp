@@ -11,8 +11,9 @@
 namespace lightwell::core {
 
 struct ReceiverLight {
-  Vec3d direction;         ///< Of length one: in double, a narrow cap at the horizon is still told apart.
-  double sin_radius = 0;   ///< The cap is whole above a horizon, or below it, where its middle is further away than this.
+  Vec3d direction;  ///< Of length one: in double, a narrow cap at the horizon is still told apart.
+  double sin_radius =
+      0;  ///< The cap is whole above a horizon, or below it, where its middle is further away than this.
   double radius_rad = 0;
   Irradiance irradiance;
 };

@@ -88,12 +88,13 @@ class ReplaySource final : public Source {
       const HostTime received{monotonic_now_ns()};
       // Whoever recorded may have seen the probe start again; a file is not sent again by anybody.
       intake_.begin_anew();
-      intake_.take(record.payload, received,
-                   [&](const CaptureTime& time) { return MappedTime{clock.host_time(time, received), {}}; });
+      intake_.take(record.payload, received, [&](const CaptureTime& time) {
+        return MappedTime{clock.host_time(time, received), {}};
+      });
     }
     if (reader_.torn_bytes() > 0)
-      intake_.report_error("the recording was cut off: its last " +
-                           std::to_string(reader_.torn_bytes()) + " bytes are no whole record");
+      intake_.report_error("the recording was cut off: its last " + std::to_string(reader_.torn_bytes()) +
+                           " bytes are no whole record");
     intake_.set_state(LinkState::ended);
   }
 
@@ -120,10 +121,9 @@ Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, Int
   if (!reader.ok()) return reader.status();
   const RecordingHeader& header = reader->header();
   if (header.kind != RecordingKind::descriptors)
-    return Status(StatusCode::invalid_argument,
-                  replay.path +
-                      " holds a camera's frames, not descriptors; lightwelld plays it as "
-                      "the camera replay:PATH");
+    return Status(StatusCode::invalid_argument, replay.path +
+                                                    " holds a camera's frames, not descriptors; lightwelld plays it as "
+                                                    "the camera replay:PATH");
   ProbeInfo info;
   info.name = header.probe_name;
   info.version = header.version;
@@ -136,8 +136,7 @@ Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, Int
     }
   reader->rewind();
   intake.describe(info);
-  return std::unique_ptr<Source>(
-      std::make_unique<ReplaySource>(std::move(*reader), replay.speed, intake));
+  return std::unique_ptr<Source>(std::make_unique<ReplaySource>(std::move(*reader), replay.speed, intake));
 }
 
 }  // namespace lightwell::core

@@ -19,7 +19,7 @@ namespace lightwell::core {
 /// Immutable once shared. What a query would do again and again is done here, once: prepare().
 struct Sample {
   Descriptor descriptor;
-  IrradianceSh irradiance;  ///< irradiance_of(descriptor.radiance): without the lights.
+  IrradianceSh irradiance;                     ///< irradiance_of(descriptor.radiance): without the lights.
   std::vector<ReceiverLight> receiver_lights;  ///< Of descriptor.lights.
   HostTime mid_exposure;
   Duration time_uncertainty;  ///< The true mid_exposure is within this of it.

@@ -28,20 +28,18 @@ class Source {
 };
 
 /// Begins to connect; Intake::describe() tells of success. The intake outlives the source.
-[[nodiscard]] std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address,
-                                                       const ProbeOptions& options, Intake& intake);
+[[nodiscard]] std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
+                                                       Intake& intake);
 
 /// As make_grpc_source(), by libusb. The errors of make_libusb_transport().
-[[nodiscard]] Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address,
-                                                              const ProbeOptions& options,
+[[nodiscard]] Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,
                                                               Intake& intake);
 
 /// The same at a broker. Only where the SDK was built with MQTT.
-[[nodiscard]] std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address,
-                                                       const ProbeOptions& options, Intake& intake);
+[[nodiscard]] std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options,
+                                                       Intake& intake);
 
 /// The recording's errors; Intake::describe() was called where it is good.
-[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay,
-                                                                 Intake& intake);
+[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, Intake& intake);
 
 }  // namespace lightwell::core

@@ -27,8 +27,7 @@ std::optional<Number> number_of(std::string_view text) {
 }
 
 Status refused(std::string_view uri, std::string_view why) {
-  return {StatusCode::invalid_argument,
-          "'" + std::string(uri) + "' is no address of a probe: " + std::string(why)};
+  return {StatusCode::invalid_argument, "'" + std::string(uri) + "' is no address of a probe: " + std::string(why)};
 }
 
 Result<GrpcAddress> parse_grpc(std::string_view uri, Transport transport, int default_port) {
@@ -67,7 +66,8 @@ Result<ProbeUri> parse_replay(std::string_view uri) {
   return ProbeUri(std::move(replay));
 }
 
-/// What a USB string descriptor holds, and no more: 126 characters, of which none can be mistaken for a path or an option.
+/// What a USB string descriptor holds, and no more: 126 characters, of which none can be mistaken for a path or an
+/// option.
 Result<ProbeUri> parse_usb(std::string_view uri) {
   const std::string_view serial = uri.substr(kUsb.size());
   if (serial.size() > 126) return refused(uri, "a serial number has at most 126 characters");
@@ -89,11 +89,11 @@ Result<ProbeUri> parse_probe_uri(std::string_view uri) {
   }
   const bool tls = uri.starts_with(kGrpcs);
   if (!tls && !uri.starts_with(kGrpc))
-    return refused(uri,
-                   "known are grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER:PORT/TOPIC (mqtts:// with TLS) and "
-                   "replay:PATH");
-  Result<GrpcAddress> address =
-      parse_grpc(uri, tls ? Transport::tls : Transport::plain, kDefaultPort);
+    return refused(
+        uri,
+        "known are grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER:PORT/TOPIC (mqtts:// with TLS) and "
+        "replay:PATH");
+  Result<GrpcAddress> address = parse_grpc(uri, tls ? Transport::tls : Transport::plain, kDefaultPort);
   if (!address.ok()) return address.status();
   return ProbeUri(std::move(*address));
 }

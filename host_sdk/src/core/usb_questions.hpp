@@ -24,10 +24,9 @@ class UsbQuestions {
   /// Writes a LinkRequest with this id.
   using Encode = std::function<void(std::uint32_t id, std::vector<std::byte>& out)>;
 
-  /// Waits for the answer. unavailable where none comes in time, or the link is down or broke meanwhile. `wake` tells the
-  /// reader thread that there is something to send.
-  [[nodiscard]] Result<LinkResponse> ask(const Encode& encode, Duration timeout,
-                                         const std::function<void()>& wake) {
+  /// Waits for the answer. unavailable where none comes in time, or the link is down or broke meanwhile. `wake` tells
+  /// the reader thread that there is something to send.
+  [[nodiscard]] Result<LinkResponse> ask(const Encode& encode, Duration timeout, const std::function<void()>& wake) {
     std::unique_lock lock(mutex_);
     if (!up_) return Status(StatusCode::unavailable, "not connected");
     const std::uint32_t id = next_id_++;
@@ -38,8 +37,8 @@ class UsbQuestions {
     lock.unlock();
     wake();
     lock.lock();
-    const bool over = changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns),
-                                        [&] { return mine.answer.has_value(); });
+    const bool over =
+        changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return mine.answer.has_value(); });
     Result<LinkResponse> answer =
         over ? *std::move(mine.answer)
              : Result<LinkResponse>(Status(StatusCode::unavailable, "the probe did not answer in time"));

@@ -41,8 +41,8 @@ struct Conversation {
 
 class UsbSource final : public Source {
  public:
-  UsbSource(std::unique_ptr<UsbTransport> transport, const UsbAddress& address,
-            const ProbeOptions& options, Intake& intake)
+  UsbSource(std::unique_ptr<UsbTransport> transport, const UsbAddress& address, const ProbeOptions& options,
+            Intake& intake)
       : transport_(std::move(transport)),
         address_(address),
         options_(options),
@@ -58,9 +58,7 @@ class UsbSource final : public Source {
   }
 
   Status set_estimator(const EstimatorConfig& config) override {
-    return tell([&](std::uint32_t id, std::vector<std::byte>& out) {
-             encode_set_estimator_request(id, config, out);
-           })
+    return tell([&](std::uint32_t id, std::vector<std::byte>& out) { encode_set_estimator_request(id, config, out); })
         .status();
   }
 
@@ -69,15 +67,12 @@ class UsbSource final : public Source {
       encode_report_lux_request(id, lux, vec_cast<double>(normal), out);
     });
     if (!told) return told.status();
-    if (!told->scale)
-      return Status(StatusCode::internal, name() + ": the probe answered another question");
+    if (!told->scale) return Status(StatusCode::internal, name() + ": the probe answered another question");
     return *told->scale;
   }
 
  private:
-  [[nodiscard]] std::string name() const {
-    return address_.serial.empty() ? "usb" : "usb:" + address_.serial;
-  }
+  [[nodiscard]] std::string name() const { return address_.serial.empty() ? "usb" : "usb:" + address_.serial; }
 
   /// What the probe refused is a failure here.
   [[nodiscard]] Result<LinkResponse> tell(const UsbQuestions::Encode& encode) {
@@ -115,7 +110,8 @@ class UsbSource final : public Source {
 
   /// One connection until its end; true where the probe answered.
   bool converse() {
-    // What the last connection left unfinished will not be finished; frames that are missing are counted by their numbers.
+    // What the last connection left unfinished will not be finished; frames that are missing are counted by their
+    // numbers.
     reader_.begin_stream();
     Conversation c;
     c.last_heard = c.next_info = {monotonic_now_ns()};
@@ -242,8 +238,8 @@ class UsbSource final : public Source {
     c.info_id.reset();
     c.next_info = received + (++c.round_trips < kFirstRoundTrips ? kFirstInfoPeriod : kInfoPeriod);
     if (!response.status.ok() || !response.info) {
-      intake_.report_error(name() + ": " + (response.status.ok() ? "the probe answered another question"
-                                                                 : response.status.message()));
+      intake_.report_error(name() + ": " +
+                           (response.status.ok() ? "the probe answered another question" : response.status.message()));
       return;
     }
     const InfoAnswer& answer = *response.info;

@@ -27,13 +27,13 @@ struct UsbEvent {
   enum class Ending : std::uint8_t { of_transfer, none };
 
   Kind kind = Kind::timeout;
-  std::span<const std::byte> bytes;       ///< Of `received`, until the next wait().
-  Ending ending = Ending::of_transfer;    ///< none: the transfer goes on with the next bytes.
-  std::string error;                      ///< Of `failed`, `gone` and a `sent` that did not arrive.
+  std::span<const std::byte> bytes;     ///< Of `received`, until the next wait().
+  Ending ending = Ending::of_transfer;  ///< none: the transfer goes on with the next bytes.
+  std::string error;                    ///< Of `failed`, `gone` and a `sent` that did not arrive.
 };
 
-/// One interface with a bulk endpoint each way, of one probe at a time. All but wake() are of one thread. Bytes are read
-/// from open() on, without being asked for.
+/// One interface with a bulk endpoint each way, of one probe at a time. All but wake() are of one thread. Bytes are
+/// read from open() on, without being asked for.
 class UsbTransport {
  public:
   virtual ~UsbTransport() = default;
@@ -54,8 +54,8 @@ class UsbTransport {
   virtual void wake() = 0;
 };
 
-/// The serial numbers of the probes that are plugged in and that this user may open. The errors of make_libusb_transport();
-/// failed_precondition where there are probes and none of them may be opened.
+/// The serial numbers of the probes that are plugged in and that this user may open. The errors of
+/// make_libusb_transport(); failed_precondition where there are probes and none of them may be opened.
 [[nodiscard]] Result<std::vector<std::string>> probes_on_usb();
 
 /// By libusb. unavailable where USB cannot be had at all; failed_precondition where the SDK was built without libusb.

@@ -1,8 +1,8 @@
 // The tool's commands: what each was asked for, and the function that does it.
 #pragma once
 
-#include <optional>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace lightwell::tool {
@@ -12,15 +12,15 @@ enum class Output { text, json };
 struct WatchOptions {
   std::string uri;
   std::string credentials;  ///< Folder; empty: looked up.
-  double seconds = 0;  ///< 0: until it ends or is interrupted.
-  std::string record;  ///< Empty: none.
+  double seconds = 0;       ///< 0: until it ends or is interrupted.
+  std::string record;       ///< Empty: none.
   Output output = Output::text;
 };
 int run_watch(const WatchOptions& options);
 
 struct QueryOptions {
   std::string uri;
-  std::string credentials;  ///< Folder; empty: looked up.
+  std::string credentials;        ///< Folder; empty: looked up.
   std::string normal, direction;  ///< "x,y,z", or empty.
   double roughness = 1;
   bool lights = false;

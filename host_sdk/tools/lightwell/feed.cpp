@@ -71,8 +71,7 @@ std::optional<Item> Feed::next(HostTime deadline) {
     const bool last_look = over() || stop_requested() || monotonic_now_ns() >= deadline.ns;
     std::unique_lock lock(mutex_);
     const auto wait = last_look ? 0 : std::min(kLookEvery, deadline.ns - monotonic_now_ns());
-    if (changed_.wait_for(lock, std::chrono::nanoseconds(wait),
-                          [this] { return !waiting_.empty(); })) {
+    if (changed_.wait_for(lock, std::chrono::nanoseconds(wait), [this] { return !waiting_.empty(); })) {
       std::optional<Item> item;
       item.emplace(std::move(waiting_.front()));
       waiting_.pop_front();

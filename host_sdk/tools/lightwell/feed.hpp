@@ -28,8 +28,7 @@ struct Item {
 /// waits, and a probe drops and shows it in its sequence.
 class Feed {
  public:
-  [[nodiscard]] static Result<std::unique_ptr<Feed>> open(const std::string& uri,
-                                                          const std::string& credentials);
+  [[nodiscard]] static Result<std::unique_ptr<Feed>> open(const std::string& uri, const std::string& credentials);
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
   ~Feed();

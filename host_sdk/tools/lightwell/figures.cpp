@@ -27,8 +27,7 @@ std::vector<std::string_view> flag_names(Flags flags) {
 
 std::string flags_text(Flags flags) {
   std::string text;
-  for (const std::string_view name : flag_names(flags))
-    text += (text.empty() ? "" : " ") + std::string(name);
+  for (const std::string_view name : flag_names(flags)) text += (text.empty() ? "" : " ") + std::string(name);
   return text.empty() ? "-" : text;
 }
 
@@ -47,8 +46,7 @@ void Figures::add(const Item& item) {
   newest_ = item.descriptor;
 }
 
-std::string Figures::json(std::string_view kind, double seconds, const LinkStats& stats,
-                          const ProbeInfo& info) {
+std::string Figures::json(std::string_view kind, double seconds, const LinkStats& stats, const ProbeInfo& info) {
   const auto count = static_cast<double>(latency_ms_.size());
   JsonLine line;
   line.text("kind", kind)
@@ -67,7 +65,8 @@ std::string Figures::json(std::string_view kind, double seconds, const LinkStats
       .texts("flags", flag_names(newest_.flags))
       .number("sequence", static_cast<double>(newest_.sequence))
       .number("gaps", static_cast<double>(stats.gaps))
-      .number("rejected", static_cast<double>(stats.oversized + stats.undecodable + stats.replayed + stats.frames_refused + stats.untimely))
+      .number("rejected", static_cast<double>(stats.oversized + stats.undecodable + stats.replayed +
+                                              stats.frames_refused + stats.untimely))
       .number("reconnects", static_cast<double>(stats.reconnects))
       .number("clock_uncertainty_ms", info.clock_uncertainty.milliseconds())
       .text("state", to_string(stats.state));
@@ -84,12 +83,10 @@ std::string Figures::text(double seconds, const LinkStats& stats, const ProbeInf
   std::snprintf(text.data(), text.size(),
                 "%5.1f/s  latency %.2f / %.2f ms  age %.1f / %.1f ms  clock +-%.2f ms  %.0f B  "
                 "lights %zu  band %d  bound %s  flags %s  gaps %llu",
-                count / seconds, percentile(latency_ms_, 50), percentile(latency_ms_, 99),
-                percentile(age_ms_, 50), percentile(age_ms_, 99),
-                info.clock_uncertainty.milliseconds(), percentile(bytes_, 50),
-                newest_.lights.size(), newest_.radiance.band,
-                bound_text(newest_.bound.total).c_str(), flags_text(newest_.flags).c_str(),
-                static_cast<unsigned long long>(stats.gaps));
+                count / seconds, percentile(latency_ms_, 50), percentile(latency_ms_, 99), percentile(age_ms_, 50),
+                percentile(age_ms_, 99), info.clock_uncertainty.milliseconds(), percentile(bytes_, 50),
+                newest_.lights.size(), newest_.radiance.band, bound_text(newest_.bound.total).c_str(),
+                flags_text(newest_.flags).c_str(), static_cast<unsigned long long>(stats.gaps));
   return text.data();
 }
 

@@ -23,8 +23,7 @@ class Figures {
 
   /// `kind` is "second" or "summary"; stats are since the start, `seconds` is how long it took. The
   /// keys are those that `lightwell watch --help` tells.
-  [[nodiscard]] std::string json(std::string_view kind, double seconds, const LinkStats& stats,
-                                 const ProbeInfo& info);
+  [[nodiscard]] std::string json(std::string_view kind, double seconds, const LinkStats& stats, const ProbeInfo& info);
   [[nodiscard]] std::string text(double seconds, const LinkStats& stats, const ProbeInfo& info);
 
  private:

@@ -69,7 +69,8 @@ int run_info(const InfoOptions& options) {
   const Counters& counters = info.counters;
   if (const auto& hangs = info.T_world_probe) {
     const Vec3d& at = hangs->pose.translation;
-    const Vec3d ahead = rotate(hangs->pose.rotation, Vec3d{0, 0, -1}), up = rotate(hangs->pose.rotation, Vec3d{0, 1, 0});
+    const Vec3d ahead = rotate(hangs->pose.rotation, Vec3d{0, 0, -1}),
+                up = rotate(hangs->pose.rotation, Vec3d{0, 1, 0});
     std::printf("hangs        at (%.3f, %.3f, %.3f) m, looks along (%.3f, %.3f, %.3f), its up is (%.3f, %.3f, %.3f)\n",
                 at.x, at.y, at.z, ahead.x, ahead.y, ahead.z, up.x, up.y, up.z);
   }
@@ -77,31 +78,25 @@ int run_info(const InfoOptions& options) {
   std::printf("name         %s (%08x)\n", info.name.c_str(), info.id);
   std::printf("firmware     %s\n", info.version.c_str());
   std::printf("camera       %s, calibration %08x\n", info.camera.c_str(), info.calibration_id);
-  std::printf("clock        %.3f ms ahead of this host's, +-%.3f ms\n",
-              info.clock_offset.milliseconds(), info.clock_uncertainty.milliseconds());
-  std::printf("frames       %llu, lost %llu, captures dropped %llu, brackets incomplete %llu\n",
-              wide(counters.frames), wide(counters.frames_lost), wide(counters.captures_dropped),
-              wide(counters.brackets_incomplete));
-  std::printf("estimates    %llu, failed %llu\n", wide(counters.estimates),
-              wide(counters.estimates_failed));
-  std::printf("budget       setting moved %llu times, late %llu, late at fast %llu\n",
-              wide(counters.setting_moves), wide(counters.estimates_late),
-              wide(counters.estimates_late_at_fast));
-  std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients,
-              wide(counters.descriptors_coalesced));
+  std::printf("clock        %.3f ms ahead of this host's, +-%.3f ms\n", info.clock_offset.milliseconds(),
+              info.clock_uncertainty.milliseconds());
+  std::printf("frames       %llu, lost %llu, captures dropped %llu, brackets incomplete %llu\n", wide(counters.frames),
+              wide(counters.frames_lost), wide(counters.captures_dropped), wide(counters.brackets_incomplete));
+  std::printf("estimates    %llu, failed %llu\n", wide(counters.estimates), wide(counters.estimates_failed));
+  std::printf("budget       setting moved %llu times, late %llu, late at fast %llu\n", wide(counters.setting_moves),
+              wide(counters.estimates_late), wide(counters.estimates_late_at_fast));
+  std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients, wide(counters.descriptors_coalesced));
   std::printf("refused      %llu messages, %llu calls of strangers\n", wide(counters.messages_refused),
               wide(counters.authentication_failures));
   std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),
               wide(counters.recording_faults));
   if (environment) {
     const EnvironmentMap& map = environment->map;
-    std::printf("environment  %dx%d, %zu levels, roughness %.2g to %.2g, key %08x\n",
-                map.levels.front().edge, map.levels.front().edge, map.levels.size(),
-                static_cast<double>(map.levels.front().roughness),
+    std::printf("environment  %dx%d, %zu levels, roughness %.2g to %.2g, key %08x\n", map.levels.front().edge,
+                map.levels.front().edge, map.levels.size(), static_cast<double>(map.levels.front().roughness),
                 static_cast<double>(map.levels.back().roughness), map.key);
   } else if (options.map == MapInfo::told) {
-    std::printf("environment  no map within %.1f s; reflections come from harmonics\n",
-                kMapPatience.seconds());
+    std::printf("environment  no map within %.1f s; reflections come from harmonics\n", kMapPatience.seconds());
   }
   return kOk;
 }

@@ -16,9 +16,7 @@ namespace lightwell::tool {
 class JsonLine {
  public:
   JsonLine& number(std::string_view key, double value) { return raw(key, json_number(value)); }
-  JsonLine& text(std::string_view key, std::string_view value) {
-    return raw(key, json_string(value));
-  }
+  JsonLine& text(std::string_view key, std::string_view value) { return raw(key, json_string(value)); }
   JsonLine& numbers(std::string_view key, std::span<const float> values);
   JsonLine& texts(std::string_view key, std::span<const std::string_view> values);
   /// `json` is JSON already.

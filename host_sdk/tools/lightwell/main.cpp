@@ -108,7 +108,9 @@ class Program {
  private:
   CLI::App* add(const char* name, const char* about) { return app_.add_subcommand(name, about); }
   static void add_uri(CLI::App* command, std::string& uri, std::string& credentials) {
-    command->add_option("URI", uri, "grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")->required();
+    command
+        ->add_option("URI", uri, "grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")
+        ->required();
     command->add_option("--credentials", credentials,
                         "Folder that `lightwell pair` made, for a paired probe whose address changed");
   }
@@ -117,8 +119,7 @@ class Program {
         "--json", [&output] { output = Output::json; }, "JSON, one object a line");
   }
   static void add_seconds(CLI::App* command, double& seconds) {
-    command->add_option("--seconds", seconds, "End after so long; without it, at Ctrl-C")
-        ->check(CLI::PositiveNumber);
+    command->add_option("--seconds", seconds, "End after so long; without it, at Ctrl-C")->check(CLI::PositiveNumber);
   }
 
   void add_watch() {
@@ -132,16 +133,11 @@ class Program {
   }
 
   void add_query() {
-    CLI::App* command =
-        add("query", "How a surface is lit, what a direction looks like, which lights");
+    CLI::App* command = add("query", "How a surface is lit, what a direction looks like, which lights");
     add_uri(command, query_.uri, query_.credentials);
-    command->add_option("--normal", query_.normal,
-                        "x,y,z: irradiance of a surface that faces there");
-    CLI::Option* direction =
-        command->add_option("--direction", query_.direction, "x,y,z: radiance from there");
-    command
-        ->add_option("--roughness", query_.roughness,
-                     "Perceptual, 0 (mirror, lights left out) to 1; default 1")
+    command->add_option("--normal", query_.normal, "x,y,z: irradiance of a surface that faces there");
+    CLI::Option* direction = command->add_option("--direction", query_.direction, "x,y,z: radiance from there");
+    command->add_option("--roughness", query_.roughness, "Perceptual, 0 (mirror, lights left out) to 1; default 1")
         ->needs(direction)
         ->check(CLI::Range(0.0, 1.0));
     command->add_flag("--lights", query_.lights, "The discrete lights");
@@ -173,18 +169,21 @@ class Program {
     CLI::App* command = add("info", "Who the probe is, its clock and its counters");
     add_uri(command, info_.uri, info_.credentials);
     add_json(command, info_.output);
-    command->add_flag_callback("--no-map", [this] { info_.map = MapInfo::left_out; },
-                               "Do not wait, up to 1.5 s, to tell of an environment map");
+    command->add_flag_callback(
+        "--no-map", [this] { info_.map = MapInfo::left_out; },
+        "Do not wait, up to 1.5 s, to tell of an environment map");
     command->callback([this] { exit_code_ = run_info(info_); });
   }
 
   void add_discover() {
     CLI::App* command = add("discover", "Which probes there are, their versions, calibrations and links");
     command->add_option("--timeout", discover_.timeout, "Seconds to look [2]")->check(CLI::PositiveNumber);
-    CLI::Option* broker = command->add_option("--broker", discover_.broker,
-                                              "mqtt://BROKER or mqtt://BROKER/TOPIC: look there, too");
-    command->add_option("--ca", discover_.ca_file, "Authorities of the broker's certificate, PEM [the system's]")->needs(broker);
-    command->add_option("--login", discover_.login_file, "File with user name and password, a line each")->needs(broker);
+    CLI::Option* broker =
+        command->add_option("--broker", discover_.broker, "mqtt://BROKER or mqtt://BROKER/TOPIC: look there, too");
+    command->add_option("--ca", discover_.ca_file, "Authorities of the broker's certificate, PEM [the system's]")
+        ->needs(broker);
+    command->add_option("--login", discover_.login_file, "File with user name and password, a line each")
+        ->needs(broker);
     add_json(command, discover_.output);
     command->footer(kDiscoverHelp);
     command->callback([this] { exit_code_ = run_discover(discover_); });

@@ -27,8 +27,7 @@ std::optional<Vec3f> vector_of(std::string_view text) {
   for (std::size_t i = 0; i < 3; ++i) {
     const auto [next, error] = std::from_chars(at, end, v[i]);
     const bool last = i == 2;
-    if (error != std::errc() || (last ? next != end : next == end || *next != ','))
-      return std::nullopt;
+    if (error != std::errc() || (last ? next != end : next == end || *next != ',')) return std::nullopt;
     at = next + (last ? 0 : 1);
   }
   const Vec3f out{v[0], v[1], v[2]};
@@ -38,8 +37,8 @@ std::optional<Vec3f> vector_of(std::string_view text) {
 
 /// `source`: what a radiance was read from, "map" or "harmonics"; empty where there is no choice.
 template <class T>
-void print_answer(std::string_view what, const Answer<T>& answer, std::string_view unit,
-                  std::string_view source, Output output) {
+void print_answer(std::string_view what, const Answer<T>& answer, std::string_view unit, std::string_view source,
+                  Output output) {
   const auto value = answer.value;
   if (output == Output::json) {
     const std::array<float, 3> rgb = {value.r, value.g, value.b};
@@ -59,12 +58,11 @@ void print_answer(std::string_view what, const Answer<T>& answer, std::string_vi
   }
   std::printf("%s  %.6g %.6g %.6g  luminance %.6g %s%s  %s  age %.1f ms  bound %s  flags %s%s%s\n",
               std::string(what).c_str(), static_cast<double>(value.r), static_cast<double>(value.g),
-              static_cast<double>(value.b), static_cast<double>(value.luminance()),
-              std::string(unit).c_str(),
+              static_cast<double>(value.b), static_cast<double>(value.luminance()), std::string(unit).c_str(),
               answer.lights == LightsIncluded::yes ? "" : "  lights left out",
               std::string(to_string(answer.validity)).c_str(), answer.age.milliseconds(),
-              bound_text(answer.error_bound).c_str(), flags_text(answer.flags).c_str(),
-              source.empty() ? "" : "  from ", std::string(source).c_str());
+              bound_text(answer.error_bound).c_str(), flags_text(answer.flags).c_str(), source.empty() ? "" : "  from ",
+              std::string(source).c_str());
 }
 
 void print_light(const Light& light, std::string_view unit, Output output) {
@@ -89,8 +87,8 @@ void print_light(const Light& light, std::string_view unit, Output output) {
       "light %u  towards %.4f %.4f %.4f  irradiance %.6g %.6g %.6g  luminance %.6g %s  "
       "radius %.2f deg\n",
       light.track, static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z),
-      static_cast<double>(e.r), static_cast<double>(e.g), static_cast<double>(e.b),
-      static_cast<double>(e.luminance()), std::string(unit).c_str(), radius_deg);
+      static_cast<double>(e.r), static_cast<double>(e.g), static_cast<double>(e.b), static_cast<double>(e.luminance()),
+      std::string(unit).c_str(), radius_deg);
 }
 
 }  // namespace
@@ -101,8 +99,7 @@ int run_query(const QueryOptions& options) {
   if (!options.normal.empty() && !normal)
     return fail(kUsage, "--normal '" + options.normal + "': three numbers x,y,z, not all zero");
   if (!options.direction.empty() && !direction)
-    return fail(kUsage,
-                "--direction '" + options.direction + "': three numbers x,y,z, not all zero");
+    return fail(kUsage, "--direction '" + options.direction + "': three numbers x,y,z, not all zero");
   if (!normal && !direction && !options.lights)
     return fail(kUsage, "ask for something: --normal x,y,z, --direction x,y,z or --lights");
 
@@ -111,20 +108,16 @@ int run_query(const QueryOptions& options) {
   const Result<Probe> probe = Probe::connect(options.uri, *how);
   if (!probe.ok()) return fail(probe.status());
   Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kPatience);
-  if (!lighting.ok())
-    return fail(kNothingReceived, options.uri + ": " + lighting.status().message());
+  if (!lighting.ok()) return fail(kNothingReceived, options.uri + ": " + lighting.status().message());
   if (direction) lighting = lighting_with_map(*probe);
   const bool absolute = lighting->units() == Units::absolute;
   if (normal)
-    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative", "",
-                 options.output);
+    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative", "", options.output);
   if (direction)
     print_answer("radiance", lighting->radiance(*direction, static_cast<float>(options.roughness)),
-                 absolute ? "cd/m2" : "relative",
-                 lighting->environment() ? "map" : "harmonics", options.output);
+                 absolute ? "cd/m2" : "relative", lighting->environment() ? "map" : "harmonics", options.output);
   if (options.lights)
-    for (const Light& light : lighting->lights())
-      print_light(light, absolute ? "lux" : "relative", options.output);
+    for (const Light& light : lighting->lights()) print_light(light, absolute ? "lux" : "relative", options.output);
   return kOk;
 }
 

@@ -16,8 +16,7 @@ int run_record(const RecordOptions& options) {
   if (!opened.ok()) return fail(opened.status());
   Feed& feed = **opened;
   Result<RecordWriter> writer = RecordWriter::open(
-      options.file,
-      {RecordingKind::descriptors, feed.probe().info().name, std::string(version()), {}});
+      options.file, {RecordingKind::descriptors, feed.probe().info().name, std::string(version()), {}});
   if (!writer.ok()) return fail(kFile, writer.status().message());
 
   const HostTime start{monotonic_now_ns()};
@@ -30,8 +29,7 @@ int run_record(const RecordOptions& options) {
     ++count;
     bytes += item->bytes.size();
   }
-  if (const Status status = writer->flush(); !status.ok())
-    return fail(kFile, options.file + ": " + status.message());
+  if (const Status status = writer->flush(); !status.ok()) return fail(kFile, options.file + ": " + status.message());
   if (count == 0) return fail(kNothingReceived, options.uri + ": no descriptor came");
   std::printf("%s: %llu descriptors, %llu bytes, %llu gaps\n", options.file.c_str(),
               static_cast<unsigned long long>(count), static_cast<unsigned long long>(bytes),

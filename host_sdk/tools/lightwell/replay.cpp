@@ -20,10 +20,9 @@ void print_text(double seconds, std::size_t bytes, const Descriptor& descriptor)
   std::printf(
       "#%llu  %8.3f s  %zu B  band %d  lights %zu  upward irradiance %.4g%s  bound %s  "
       "flags %s\n",
-      static_cast<unsigned long long>(descriptor.sequence), seconds, bytes,
-      descriptor.radiance.band, descriptor.lights.size(), up,
-      descriptor.units == Units::absolute ? " lux" : "", bound_text(descriptor.bound.total).c_str(),
-      flags_text(descriptor.flags).c_str());
+      static_cast<unsigned long long>(descriptor.sequence), seconds, bytes, descriptor.radiance.band,
+      descriptor.lights.size(), up, descriptor.units == Units::absolute ? " lux" : "",
+      bound_text(descriptor.bound.total).c_str(), flags_text(descriptor.flags).c_str());
 }
 
 }  // namespace

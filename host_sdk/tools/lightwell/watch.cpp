@@ -14,12 +14,11 @@ namespace {
 
 constexpr Duration kSecond{1'000'000'000};
 
-void print(Figures& figures, std::string_view kind, double seconds, const Probe& probe,
-           Output output) {
+void print(Figures& figures, std::string_view kind, double seconds, const Probe& probe, Output output) {
   const LinkStats stats = probe.stats();
   const ProbeInfo info = probe.info();
-  const std::string line = output == Output::json ? figures.json(kind, seconds, stats, info)
-                                                  : figures.text(seconds, stats, info);
+  const std::string line =
+      output == Output::json ? figures.json(kind, seconds, stats, info) : figures.text(seconds, stats, info);
   std::printf("%s%s\n", output == Output::text && kind == "summary" ? "all: " : "", line.c_str());
   std::fflush(stdout);
 }
@@ -35,8 +34,7 @@ int run_watch(const WatchOptions& options) {
   std::optional<RecordWriter> writer;
   if (!options.record.empty()) {
     Result<RecordWriter> file = RecordWriter::open(
-        options.record,
-        {RecordingKind::descriptors, feed.probe().info().name, std::string(version()), {}});
+        options.record, {RecordingKind::descriptors, feed.probe().info().name, std::string(version()), {}});
     if (!file.ok()) return fail(kFile, file.status().message());
     writer.emplace(std::move(*file));
   }
@@ -60,8 +58,7 @@ int run_watch(const WatchOptions& options) {
     if (now >= second_end || done) {
       // A stretch too short to tell a rate, at the end, is in the summary alone.
       const Duration stretch = now - second_start;
-      if (stretch.ns > kSecond.ns / 10)
-        print(second, "second", stretch.seconds(), feed.probe(), options.output);
+      if (stretch.ns > kSecond.ns / 10) print(second, "second", stretch.seconds(), feed.probe(), options.output);
       second = {};
       second_start = now;
     }

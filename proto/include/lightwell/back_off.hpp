@@ -13,8 +13,7 @@ namespace lightwell {
 /// clients of a probe that restarts do not all come back at the same moment.
 class BackOff {
  public:
-  BackOff(Duration min, Duration max, std::uint32_t seed)
-      : min_(min), max_(max), next_(min), random_(seed) {}
+  BackOff(Duration min, Duration max, std::uint32_t seed) : min_(min), max_(max), next_(min), random_(seed) {}
 
   [[nodiscard]] Duration next() {
     const double pause = static_cast<double>(next_.ns) * jitter_(random_);

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <array>
-#include <lightwell/geometry.hpp>
-#include <lightwell/result.hpp>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include <lightwell/geometry.hpp>
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 
@@ -39,11 +40,11 @@ struct ResponseCurve {
 
 struct PhotometricCalibration {
   ResponseCurve response;
-  double black_level = 0;                  ///< Linear value of no light, share of full scale.
-  std::array<double, 3> vignetting{};      ///< 1 + v1 theta² + v2 theta⁴ + v3 theta⁶.
-  double read_noise = 0;                   ///< Standard deviation, share of full scale, gain 1.
-  double shot_noise = 0;                   ///< Variance per linear value, share of full scale, gain 1.
-  double saturation = 0.98;                ///< Picture values from here on mean "at least".
+  double black_level = 0;              ///< Linear value of no light, share of full scale.
+  std::array<double, 3> vignetting{};  ///< 1 + v1 theta² + v2 theta⁴ + v3 theta⁶.
+  double read_noise = 0;               ///< Standard deviation, share of full scale, gain 1.
+  double shot_noise = 0;               ///< Variance per linear value, share of full scale, gain 1.
+  double saturation = 0.98;            ///< Picture values from here on mean "at least".
   std::array<double, 3> white_balance{1, 1, 1};
 };
 

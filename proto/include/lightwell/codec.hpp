@@ -6,12 +6,13 @@
 #pragma once
 
 #include <cstddef>
-#include <lightwell/descriptor.hpp>
-#include <lightwell/result.hpp>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include <lightwell/descriptor.hpp>
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 

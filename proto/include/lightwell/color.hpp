@@ -26,16 +26,10 @@ struct Rgb {
   constexpr Rgb& operator+=(Rgb o) { return *this = *this + o; }
   friend constexpr bool operator==(const Rgb&, const Rgb&) = default;
 
-  [[nodiscard]] constexpr float operator[](int channel) const {
-    return channel == 0 ? r : channel == 1 ? g : b;
-  }
-  [[nodiscard]] constexpr float& operator[](int channel) {
-    return channel == 0 ? r : channel == 1 ? g : b;
-  }
+  [[nodiscard]] constexpr float operator[](int channel) const { return channel == 0 ? r : channel == 1 ? g : b; }
+  [[nodiscard]] constexpr float& operator[](int channel) { return channel == 0 ? r : channel == 1 ? g : b; }
   /// cd/m² of a radiance, lux of an irradiance, where units are absolute.
-  [[nodiscard]] constexpr float luminance() const {
-    return luminance_of(r, g, b);
-  }
+  [[nodiscard]] constexpr float luminance() const { return luminance_of(r, g, b); }
 };
 
 struct RadianceTag {};

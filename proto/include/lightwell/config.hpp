@@ -2,13 +2,14 @@
 #pragma once
 
 #include <cstdint>
-#include <lightwell/calibration.hpp>
-#include <lightwell/descriptor.hpp>
-#include <lightwell/result.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/descriptor.hpp>
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 
@@ -47,8 +48,8 @@ struct EstimatorConfig {
   [[nodiscard]] Status validate() const;
 };
 
-/// `config` with the limits of error that its setting makes of them: twice as wide at fast, none left at exact, so that all
-/// that was found is sent.
+/// `config` with the limits of error that its setting makes of them: twice as wide at fast, none left at exact, so that
+/// all that was found is sent.
 [[nodiscard]] EstimatorConfig at_setting(EstimatorConfig config);
 
 /// A matte grey surface in view. It must lie in the light that the probe measures.

@@ -5,14 +5,15 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
 #include <lightwell/color.hpp>
 #include <lightwell/environment.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/time.hpp>
-#include <optional>
-#include <string_view>
-#include <vector>
 
 namespace lightwell {
 
@@ -42,29 +43,39 @@ enum class Flag : std::uint8_t {
   clipped = 2,  ///< Pixels saturated in every exposure; their energy is a lower bound.
   cleaned = 3,  ///< The input held NaN, infinite or negative radiance, which was replaced.
   dark = 4,     ///< Nothing but darkness: no relative error can be stated.
-  moved = 5,    ///< Something moved between the exposures of a bracket; there the light is that of the shortest, and of those that agree with it.
+  moved = 5,    ///< Something moved between the exposures of a bracket; there the light is that of the shortest, and of
+                ///< those that agree with it.
   filled = 6,   ///< What no pixel sees was filled in by choice; no bound speaks of it.
   recovered = 7,  ///< The energy of saturated pixels was recovered from a meter's or a grey patch's reading.
-  unsure = 8,  ///< What was seen fits several lights: the strongest's covariance is wide, or it was not seen at all.
+  unsure = 8,     ///< What was seen fits several lights: the strongest's covariance is wide, or it was not seen at all.
   newer = 31,     ///< Of a reader alone: the probe gave a reason that this version has no name for.
 };
 /// Those of the wire.
-inline constexpr std::array kWireFlags = {Flag::unseen, Flag::clipped, Flag::cleaned,  Flag::dark,
+inline constexpr std::array kWireFlags = {Flag::unseen, Flag::clipped, Flag::cleaned,   Flag::dark,
                                           Flag::moved,  Flag::filled,  Flag::recovered, Flag::unsure};
-inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped, Flag::cleaned,   Flag::dark,
-                                      Flag::moved,  Flag::filled,  Flag::recovered, Flag::unsure, Flag::newer};
+inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped,   Flag::cleaned, Flag::dark, Flag::moved,
+                                      Flag::filled, Flag::recovered, Flag::unsure,  Flag::newer};
 
 [[nodiscard]] constexpr std::string_view to_string(Flag flag) {
   switch (flag) {
-    case Flag::unseen: return "unseen";
-    case Flag::clipped: return "clipped";
-    case Flag::cleaned: return "cleaned";
-    case Flag::dark: return "dark";
-    case Flag::moved: return "moved";
-    case Flag::filled: return "filled";
-    case Flag::recovered: return "recovered";
-    case Flag::unsure: return "unsure";
-    case Flag::newer: return "newer";
+    case Flag::unseen:
+      return "unseen";
+    case Flag::clipped:
+      return "clipped";
+    case Flag::cleaned:
+      return "cleaned";
+    case Flag::dark:
+      return "dark";
+    case Flag::moved:
+      return "moved";
+    case Flag::filled:
+      return "filled";
+    case Flag::recovered:
+      return "recovered";
+    case Flag::unsure:
+      return "unsure";
+    case Flag::newer:
+      return "newer";
   }
   return "unknown";
 }
@@ -75,9 +86,12 @@ inline constexpr std::array kSettings = {Setting::fast, Setting::balanced, Setti
 
 [[nodiscard]] constexpr std::string_view to_string(Setting setting) {
   switch (setting) {
-    case Setting::fast: return "fast";
-    case Setting::balanced: return "balanced";
-    case Setting::exact: return "exact";
+    case Setting::fast:
+      return "fast";
+    case Setting::balanced:
+      return "balanced";
+    case Setting::exact:
+      return "exact";
   }
   return "unknown";
 }
@@ -92,10 +106,14 @@ enum class Flicker : std::uint8_t {
 
 [[nodiscard]] constexpr std::string_view to_string(Flicker flicker) {
   switch (flicker) {
-    case Flicker::unknown: return "unknown";
-    case Flicker::none: return "none";
-    case Flicker::hz100: return "100 Hz";
-    case Flicker::hz120: return "120 Hz";
+    case Flicker::unknown:
+      return "unknown";
+    case Flicker::none:
+      return "none";
+    case Flicker::hz100:
+      return "100 Hz";
+    case Flicker::hz120:
+      return "120 Hz";
   }
   return "unknown";
 }
@@ -141,14 +159,14 @@ struct Descriptor {
   std::uint64_t sequence = 0;
   CaptureTime time;
   Units units = Units::relative;
-  RadianceSh radiance;        ///< Of what is left after the lights were taken out.
+  RadianceSh radiance;  ///< Of what is left after the lights were taken out.
   /// Encoding may round `radiance` to this step, or to the power of two below it: who needs no more saves bytes. 0: to
   /// the finest that the wire has. Not on the wire itself.
   float radiance_step = 0;
-  std::vector<Light> lights;  ///< Strongest first, at most kMaxLights.
+  std::vector<Light> lights;                  ///< Strongest first, at most kMaxLights.
   std::optional<EnvironmentMap> environment;  ///< For reflections; whole, or changes to a whole one; mostly absent.
-  float coverage = 0;   ///< Share of the sphere that some pixel saw.
-  float saturated = 0;  ///< Share of the seen sphere that was saturated in every exposure.
+  float coverage = 0;                         ///< Share of the sphere that some pixel saw.
+  float saturated = 0;                        ///< Share of the seen sphere that was saturated in every exposure.
   ErrorBound bound;
   std::uint32_t probe_id = 0;
   std::uint32_t calibration_id = 0;

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cmath>
-#include <lightwell/geometry.hpp>
 #include <numbers>
+
+#include <lightwell/geometry.hpp>
 
 namespace lightwell {
 

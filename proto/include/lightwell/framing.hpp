@@ -9,10 +9,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <lightwell/codec.hpp>
 #include <optional>
 #include <span>
 #include <vector>
+
+#include <lightwell/codec.hpp>
 
 namespace lightwell {
 
@@ -22,8 +23,8 @@ inline constexpr std::size_t kFrameHeaderBytes = 32;
 inline constexpr std::size_t kMaxLinkMessageBytes = 8 * 1024;
 /// The longest frame, with the byte that may follow it.
 inline constexpr std::size_t kMaxFrameBytes = kFrameHeaderBytes + kMaxDescriptorBytes + 1;
-/// A frame whose length is a multiple of this is followed by one zero byte. All packet sizes of bulk endpoints (64, 512,
-/// 1024) are multiples, so that a transfer of one frame always ends with a short packet.
+/// A frame whose length is a multiple of this is followed by one zero byte. All packet sizes of bulk endpoints (64,
+/// 512, 1024) are multiples, so that a transfer of one frame always ends with a short packet.
 inline constexpr std::size_t kFrameGranule = 64;
 
 enum class FrameKind : std::uint8_t {
@@ -42,8 +43,8 @@ struct LinkFrame {
 /// Makes frames of one direction of a link. One thread at a time.
 class FrameWriter {
  public:
-  /// session: drawn at random by whoever starts anew, so that a reader tells a probe that restarted from a frame that was
-  /// played again.
+  /// session: drawn at random by whoever starts anew, so that a reader tells a probe that restarted from a frame that
+  /// was played again.
   explicit FrameWriter(std::uint32_t session) : session_(session) {}
 
   /// The next frame into `out`, whose memory is used again. invalid_argument for a payload beyond its kind's limit;
@@ -78,8 +79,8 @@ struct FrameCounters {
 };
 
 /// Finds frames in bytes that come in any pieces. Its memory is one longest frame, made once. After damage it looks for
-/// the next intact frame at every byte behind the last intact one, so that nothing undamaged is passed over, and nothing is
-/// handed on whose checksums or number are wrong. One thread at a time.
+/// the next intact frame at every byte behind the last intact one, so that nothing undamaged is passed over, and
+/// nothing is handed on whose checksums or number are wrong. One thread at a time.
 class FrameReader {
  public:
   using Take = std::function<void(const LinkFrame&)>;
@@ -93,8 +94,8 @@ class FrameReader {
   /// intact frames at once instead of when more bytes come. A link without such ends need not call it.
   void end_transfer(const Take& take);
 
-  /// A new stream of bytes, after the link was broken: an unfinished frame was cut off. Sessions and numbers go on, so that
-  /// frames lost in between are counted.
+  /// A new stream of bytes, after the link was broken: an unfinished frame was cut off. Sessions and numbers go on, so
+  /// that frames lost in between are counted.
   void begin_stream();
 
   [[nodiscard]] const FrameCounters& counters() const { return counters_; }

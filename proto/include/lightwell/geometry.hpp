@@ -66,8 +66,7 @@ template <class T>
   const T sign = std::copysign(T(1), n.z);
   const T a = T(-1) / (sign + n.z);
   const T b = n.x * n.y * a;
-  return {Vec3<T>{T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x},
-          Vec3<T>{b, sign + n.y * n.y * a, -n.y}};
+  return {Vec3<T>{T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x}, Vec3<T>{b, sign + n.y * n.y * a, -n.y}};
 }
 
 /// Rotation quaternion, Hamilton, x, y, z, w.
@@ -93,10 +92,8 @@ struct Quat {
 
   /// First b, then a.
   friend constexpr Quat operator*(Quat a, Quat b) {
-    return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
-            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
-            a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
+    return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
   }
 };
 

@@ -6,9 +6,10 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
+
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
-#include <span>
 
 namespace lightwell {
 
@@ -26,8 +27,8 @@ inline constexpr int kMaxBasisBand = 16;
 void sh_basis(int band, Vec3d d, std::span<double> out);
 void sh_basis(int band, Vec3f d, std::span<float> out);
 
-/// Factors of that recursion, in l at fixed m, for those who run it on vectors of directions. With Q the part that depends
-/// on z, and (x + iy)^m, whose real part belongs to m and whose imaginary part to -m:
+/// Factors of that recursion, in l at fixed m, for those who run it on vectors of directions. With Q the part that
+/// depends on z, and (x + iy)^m, whose real part belongs to m and whose imaginary part to -m:
 ///   Q_m^m     = start[m]  (times sqrt 2 for m > 0, which real functions need)
 ///   Q_l^m     = a[l][m] (z Q_{l-1}^m - b[l][m] Q_{l-2}^m), of which the second is 0 for l = m + 1
 struct ShRecursion {

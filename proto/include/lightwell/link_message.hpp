@@ -6,14 +6,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
 #include <lightwell/config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/status.hpp>
 #include <lightwell/status_codec.hpp>
-#include <optional>
-#include <span>
-#include <vector>
 
 namespace lightwell {
 
@@ -24,8 +25,8 @@ void encode_set_estimator_request(std::uint32_t id, const EstimatorConfig& confi
 void encode_report_lux_request(std::uint32_t id, double lux, Vec3d normal, std::vector<std::byte>& out);
 
 /// Does what a LinkRequest asks and puts the LinkResponse into `response`, at most kMaxLinkMessageBytes. Every message
-/// that is a LinkRequest has a response, refusals too. data_loss where `request` is none: then there is nothing to answer,
-/// and `response` is empty. Calls `commands` on this thread.
+/// that is a LinkRequest has a response, refusals too. data_loss where `request` is none: then there is nothing to
+/// answer, and `response` is empty. Calls `commands` on this thread.
 [[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
                                          std::vector<std::byte>& response);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+
 #include <lightwell/harmonics.hpp>
 
 namespace lightwell {

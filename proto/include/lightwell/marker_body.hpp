@@ -2,8 +2,8 @@
 //   MarkerBody, MarkerFace, MarkerPatch, MarkerBall
 //   load_marker_body, parse_marker_body, marker_body_to_text
 //
-// The body's frame is right-handed, in metres. A face's frame: origin in the tag's centre, +X to the right of the upright
-// tag, +Y up, +Z away from the body; its outline and its patches lie in z = 0.
+// The body's frame is right-handed, in metres. A face's frame: origin in the tag's centre, +X to the right of the
+// upright tag, +Y up, +Z away from the body; its outline and its patches lie in z = 0.
 #pragma once
 
 #include <array>
@@ -59,9 +59,9 @@ struct MarkerBody {
   std::vector<MarkerFace> faces;
   std::optional<MarkerBall> ball;
 
-  /// invalid_argument names the face and the field: no faces, more than 64, a tag number twice, outlines of less than three
-  /// points, not convex or clockwise, a patch outside of its face, an albedo out of (0, 1], sizes that are not positive and finite,
-  /// a rotation that is none.
+  /// invalid_argument names the face and the field: no faces, more than 64, a tag number twice, outlines of less than
+  /// three points, not convex or clockwise, a patch outside of its face, an albedo out of (0, 1], sizes that are not
+  /// positive and finite, a rotation that is none.
   [[nodiscard]] Status validate() const;
 
   friend bool operator==(const MarkerBody&, const MarkerBody&) = default;

@@ -1,16 +1,18 @@
 // Where in its room a probe hangs, kept as text: T_world_probe with its covariance.
-// What `lightwell-calibrate mounting` writes, lightwelld reads, and Info tells. Meanings: proto/lightwell/v1/calibration.proto.
+// What `lightwell-calibrate mounting` writes, lightwelld reads, and Info tells. Meanings:
+// proto/lightwell/v1/calibration.proto.
 #pragma once
 
-#include <lightwell/result.hpp>
-#include <lightwell/uncertain_pose.hpp>
 #include <string>
 #include <string_view>
 
+#include <lightwell/result.hpp>
+#include <lightwell/uncertain_pose.hpp>
+
 namespace lightwell {
 
-/// What no mounting can be: a rotation that is zero or not finite, a translation that is not finite, variances below zero or
-/// NaN, a covariance above what its variances allow. invalid_argument names the field.
+/// What no mounting can be: a rotation that is zero or not finite, a translation that is not finite, variances below
+/// zero or NaN, a covariance above what its variances allow. invalid_argument names the field.
 [[nodiscard]] Status validate_mounting(const UncertainPose& T_world_probe);
 
 /// A Mounting in text format, validated, its rotation normalised.

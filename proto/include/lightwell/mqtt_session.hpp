@@ -1,5 +1,5 @@
-// One client of a broker, kept connected by the thread that turns it. All that sees libmosquitto, of both ends; where that was
-// not found, the library lightwell_mqtt_session is left out.
+// One client of a broker, kept connected by the thread that turns it. All that sees libmosquitto, of both ends; where
+// that was not found, the library lightwell_mqtt_session is left out.
 //   MqttLogin     as whom
 //   MqttMessage   what came
 //   MqttSession   the connection that comes back
@@ -9,14 +9,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <lightwell/back_off.hpp>
-#include <lightwell/mqtt.hpp>
-#include <lightwell/time.hpp>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <lightwell/back_off.hpp>
+#include <lightwell/mqtt.hpp>
+#include <lightwell/time.hpp>
 
 struct mosquitto;
 

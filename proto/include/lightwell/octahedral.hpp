@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+
 #include <lightwell/geometry.hpp>
 
 namespace lightwell {

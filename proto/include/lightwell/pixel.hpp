@@ -26,13 +26,20 @@ inline constexpr std::array kPixelFormats = {
 
 [[nodiscard]] constexpr std::string_view to_string(PixelFormat format) {
   switch (format) {
-    case PixelFormat::rgb8: return "rgb8";
-    case PixelFormat::nv12: return "nv12";
-    case PixelFormat::yuyv: return "yuyv";
-    case PixelFormat::bayer_rggb8: return "bayer8";
-    case PixelFormat::bayer_rggb10: return "bayer10";
-    case PixelFormat::bayer_rggb12: return "bayer12";
-    case PixelFormat::rgb_f32: return "rgb_f32";
+    case PixelFormat::rgb8:
+      return "rgb8";
+    case PixelFormat::nv12:
+      return "nv12";
+    case PixelFormat::yuyv:
+      return "yuyv";
+    case PixelFormat::bayer_rggb8:
+      return "bayer8";
+    case PixelFormat::bayer_rggb10:
+      return "bayer10";
+    case PixelFormat::bayer_rggb12:
+      return "bayer12";
+    case PixelFormat::rgb_f32:
+      return "rgb_f32";
   }
   return "unknown";
 }
@@ -49,10 +56,13 @@ inline constexpr std::array kPixelFormats = {
     case PixelFormat::rgb8:
     case PixelFormat::nv12:
     case PixelFormat::yuyv:
-    case PixelFormat::bayer_rggb8: return 1;
+    case PixelFormat::bayer_rggb8:
+      return 1;
     case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12: return alignof(std::uint16_t);
-    case PixelFormat::rgb_f32: return alignof(float);
+    case PixelFormat::bayer_rggb12:
+      return alignof(std::uint16_t);
+    case PixelFormat::rgb_f32:
+      return alignof(float);
   }
   return 1;
 }
@@ -61,13 +71,17 @@ inline constexpr std::array kPixelFormats = {
 [[nodiscard]] constexpr std::size_t packed_stride(PixelFormat format, int width) {
   const auto w = static_cast<std::size_t>(width);
   switch (format) {
-    case PixelFormat::rgb8: return 3 * w;
+    case PixelFormat::rgb8:
+      return 3 * w;
     case PixelFormat::nv12:
-    case PixelFormat::bayer_rggb8: return w;
+    case PixelFormat::bayer_rggb8:
+      return w;
     case PixelFormat::yuyv:
     case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12: return 2 * w;
-    case PixelFormat::rgb_f32: return 12 * w;
+    case PixelFormat::bayer_rggb12:
+      return 2 * w;
+    case PixelFormat::rgb_f32:
+      return 12 * w;
   }
   return 0;
 }
@@ -91,8 +105,9 @@ inline constexpr std::array kPixelFormats = {
          format == PixelFormat::bayer_rggb12;
 }
 
-/// Gamma-encoded r, g, b (0 to 255) of BT.601 limited-range bytes, rounded; out-of-gamut values are clamped. In integers
-/// and to the bit what vector units compute: products to 1/64 of a code, sums of 16 bits that stop at their ends.
+/// Gamma-encoded r, g, b (0 to 255) of BT.601 limited-range bytes, rounded; out-of-gamut values are clamped. In
+/// integers and to the bit what vector units compute: products to 1/64 of a code, sums of 16 bits that stop at their
+/// ends.
 [[nodiscard]] constexpr std::array<std::uint8_t, 3> rgb8_of_ycbcr601(int y, int cb, int cr) {
   const auto factor = [](double coefficient, int shift) {
     return static_cast<int>(coefficient * 64 * 32768 / (1 << shift) + 0.5);

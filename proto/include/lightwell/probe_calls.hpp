@@ -1,11 +1,13 @@
-// ProbeService's calls that a probe's Commands answer, as bytes of their messages: for a link that has calls of its own.
+// ProbeService's calls that a probe's Commands answer, as bytes of their messages: for a link that has calls of its
+// own.
 #pragma once
 
 #include <cstdint>
-#include <lightwell/result.hpp>
-#include <lightwell/status.hpp>
 #include <string>
 #include <string_view>
+
+#include <lightwell/result.hpp>
+#include <lightwell/status.hpp>
 
 namespace lightwell {
 

@@ -1,9 +1,10 @@
 // What a descriptor says of a point: the definitions, written once for the SDK, the firmware and the tests.
 #pragma once
 
+#include <span>
+
 #include <lightwell/cap.hpp>
 #include <lightwell/descriptor.hpp>
-#include <span>
 
 namespace lightwell {
 

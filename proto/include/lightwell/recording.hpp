@@ -7,16 +7,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <lightwell/calibration.hpp>
-#include <lightwell/checksum.hpp>
-#include <lightwell/pixel.hpp>
-#include <lightwell/result.hpp>
-#include <lightwell/time.hpp>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/checksum.hpp>
+#include <lightwell/pixel.hpp>
+#include <lightwell/result.hpp>
+#include <lightwell/time.hpp>
 
 namespace lightwell {
 

@@ -23,14 +23,22 @@ enum class StatusCode : std::uint8_t {
 /// The name of a code as it is written in messages and JSON, "invalid_argument".
 [[nodiscard]] constexpr std::string_view to_string(StatusCode code) {
   switch (code) {
-    case StatusCode::ok: return "ok";
-    case StatusCode::invalid_argument: return "invalid_argument";
-    case StatusCode::not_found: return "not_found";
-    case StatusCode::data_loss: return "data_loss";
-    case StatusCode::failed_precondition: return "failed_precondition";
-    case StatusCode::unavailable: return "unavailable";
-    case StatusCode::resource_exhausted: return "resource_exhausted";
-    case StatusCode::internal: return "internal";
+    case StatusCode::ok:
+      return "ok";
+    case StatusCode::invalid_argument:
+      return "invalid_argument";
+    case StatusCode::not_found:
+      return "not_found";
+    case StatusCode::data_loss:
+      return "data_loss";
+    case StatusCode::failed_precondition:
+      return "failed_precondition";
+    case StatusCode::unavailable:
+      return "unavailable";
+    case StatusCode::resource_exhausted:
+      return "resource_exhausted";
+    case StatusCode::internal:
+      return "internal";
   }
   return "unknown";
 }
@@ -56,7 +64,7 @@ class [[nodiscard]] Status {
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : held_(std::move(value)) {}          // NOLINT: meant to be implicit
+  Result(T value) : held_(std::move(value)) {}         // NOLINT: meant to be implicit
   Result(Status status) : held_(std::move(status)) {}  // NOLINT: meant to be implicit
 
   [[nodiscard]] bool ok() const { return std::holds_alternative<T>(held_); }

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
+
 #include <lightwell/config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/uncertain_pose.hpp>
-#include <optional>
-#include <string>
 
 namespace lightwell {
 

@@ -9,9 +9,7 @@ namespace lightwell {
 struct Duration {
   std::int64_t ns = 0;
 
-  [[nodiscard]] static constexpr Duration from_seconds(double s) {
-    return {static_cast<std::int64_t>(s * 1e9)};
-  }
+  [[nodiscard]] static constexpr Duration from_seconds(double s) { return {static_cast<std::int64_t>(s * 1e9)}; }
   [[nodiscard]] constexpr double seconds() const { return static_cast<double>(ns) * 1e-9; }
   [[nodiscard]] constexpr double milliseconds() const { return static_cast<double>(ns) * 1e-6; }
 

@@ -23,8 +23,7 @@ int first_depth = 0;
 
 void note() {
   if (!counting.load(std::memory_order_relaxed)) return;
-  if (count.fetch_add(1) == 0)
-    first_depth = backtrace(first_calls.data(), static_cast<int>(first_calls.size()));
+  if (count.fetch_add(1) == 0) first_depth = backtrace(first_calls.data(), static_cast<int>(first_calls.size()));
 }
 
 }  // namespace

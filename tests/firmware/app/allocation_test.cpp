@@ -126,8 +126,8 @@ TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
   int failed = 0;
   const auto one = [&](std::uint64_t capture, int lamps) {
     pictures_.push(slot, capture, lamps);
-    const bool ok = slot.take(bracket) && estimator->estimate(bracket.frames(), descriptor).ok() &&
-                    encoder.encode(descriptor).ok();
+    const bool ok =
+        slot.take(bracket) && estimator->estimate(bracket.frames(), descriptor).ok() && encoder.encode(descriptor).ok();
     bracket.clear();
     failed += ok ? 0 : 1;
     seen[std::min<std::size_t>(descriptor.lights.size(), kMostLamps)] = true;
@@ -137,8 +137,7 @@ TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
   std::size_t allocated = 0;
   {
     const AllocationCount count;
-    for (std::uint64_t capture = 5; capture < 5 + kCaptures; ++capture)
-      one(capture, lamps_of(capture));
+    for (std::uint64_t capture = 5; capture < 5 + kCaptures; ++capture) one(capture, lamps_of(capture));
     allocated = count.value();
   }
   EXPECT_EQ(allocated, 0U);
@@ -165,8 +164,7 @@ TEST_P(AllocationTest, ThePipelineAllocatesTheSharedBytesAlone) {
   std::size_t allocated = 0;
   {
     const AllocationCount count;
-    for (std::uint64_t capture = 5; capture < 5 + kCaptures; ++capture)
-      one(capture, lamps_of(capture));
+    for (std::uint64_t capture = 5; capture < 5 + kCaptures; ++capture) one(capture, lamps_of(capture));
     allocated = count.value();
   }
   ASSERT_EQ(log.count(), 5U + kCaptures);
@@ -175,13 +173,12 @@ TEST_P(AllocationTest, ThePipelineAllocatesTheSharedBytesAlone) {
   pipeline.stop();
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Sensors, AllocationTest,
-    ::testing::Values(Sensing{"ideal", PixelFormat::rgb_f32, {1}},
-                      Sensing{"ideal_bracket", PixelFormat::rgb_f32, {1, 2, 4}},
-                      Sensing{"rgb8", PixelFormat::rgb8, {0.001}},
-                      Sensing{"rgb8_bracket", PixelFormat::rgb8, {0.00002, 0.0005, 0.01}}),
-    [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(Sensors, AllocationTest,
+                         ::testing::Values(Sensing{"ideal", PixelFormat::rgb_f32, {1}},
+                                           Sensing{"ideal_bracket", PixelFormat::rgb_f32, {1, 2, 4}},
+                                           Sensing{"rgb8", PixelFormat::rgb8, {0.001}},
+                                           Sensing{"rgb8_bracket", PixelFormat::rgb8, {0.00002, 0.0005, 0.01}}),
+                         [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
 }  // namespace lightwell

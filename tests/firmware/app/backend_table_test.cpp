@@ -30,17 +30,14 @@ TEST(BackendTable, AnUnknownSchemeNamesTheNearestAndAllThatThereAre) {
   EXPECT_EQ(s.code(), StatusCode::not_found);
   EXPECT_THAT(s.message(), HasSubstr("'sin:city'"));
   EXPECT_THAT(s.message(), HasSubstr("did you mean 'sim'?"));
-  for (const BackendEntry& entry : backend_table())
-    EXPECT_THAT(s.message(), HasSubstr(std::string(entry.scheme)));
+  for (const BackendEntry& entry : backend_table()) EXPECT_THAT(s.message(), HasSubstr(std::string(entry.scheme)));
 }
 
 TEST(BackendTable, WhereNothingIsNearNothingIsGuessed) {
   EXPECT_THAT(refusal("thermometer:attic").message(), Not(HasSubstr("did you mean")));
 }
 
-TEST(BackendTable, AUriWithoutASchemeIsRefused) {
-  EXPECT_EQ(refusal("city").code(), StatusCode::invalid_argument);
-}
+TEST(BackendTable, AUriWithoutASchemeIsRefused) { EXPECT_EQ(refusal("city").code(), StatusCode::invalid_argument); }
 
 TEST(BackendTable, AnUnknownParameterNamesTheNearest) {
   const Status s = refusal("sim:city?sensr=rgb8");

@@ -25,9 +25,7 @@ std::vector<std::uint64_t> sequences(const Bracket& bracket) {
 
 class BracketSlotTest : public ::testing::Test {
  protected:
-  void push(std::uint64_t sequence, int index = 0, int size = 1) {
-    slot_.push(lender_.frame(sequence, index, size));
-  }
+  void push(std::uint64_t sequence, int index = 0, int size = 1) { slot_.push(lender_.frame(sequence, index, size)); }
   /// Where a whole bracket waits.
   std::vector<std::uint64_t> take() {
     EXPECT_TRUE(slot_.take(bracket_));

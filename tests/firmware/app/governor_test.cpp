@@ -68,7 +68,8 @@ TEST(Governor, FallsAtOnceWhereTheBudgetIsExceededByFar) {
   EXPECT_EQ(life.governor.setting(), Setting::balanced);
   Life farther({.cost_ms = {8, 12, 30}});
   farther.run(2);
-  EXPECT_EQ(farther.governor.setting(), Setting::fast) << "over the setting between, which would not have fitted either";
+  EXPECT_EQ(farther.governor.setting(), Setting::fast)
+      << "over the setting between, which would not have fitted either";
 }
 
 TEST(Governor, FallsWithinAFewFramesWhereItIsExceededByLittle) {

@@ -29,7 +29,9 @@ class SlowEstimator final : public Estimator {
   SlowEstimator(Pace& pace, Setting setting) : pace_(pace), setting_(setting) {}
 
   Status estimate(std::span<const Frame> bracket, Descriptor& out) override {
-    const int ms = setting_ == Setting::fast ? pace_.fast_ms : setting_ == Setting::balanced ? pace_.balanced_ms : pace_.exact_ms;
+    const int ms = setting_ == Setting::fast       ? pace_.fast_ms
+                   : setting_ == Setting::balanced ? pace_.balanced_ms
+                                                   : pace_.exact_ms;
     std::this_thread::sleep_for(std::chrono::milliseconds(ms));
     out = test::constant_light(1);
     out.sequence = bracket.front().info.sequence;

@@ -54,12 +54,14 @@ class SunnyEstimator final : public Estimator {
 
 class PipelineRecovery : public testing::Test {
  protected:
-  PipelineRecovery() : pipeline_({"roof", 1, 2, "0.1.0", "fake camera"}, std::make_unique<SunnyEstimator>(sky_), EstimatorConfig{}) {}
+  PipelineRecovery()
+      : pipeline_({"roof", 1, 2, "0.1.0", "fake camera"}, std::make_unique<SunnyEstimator>(sky_), EstimatorConfig{}) {}
 
   void process_one() {
     const std::uint64_t before = pipeline_.status().counters.estimates;
     pipeline_.sink().push(lender_.frame(sequence_++));
-    ASSERT_TRUE(comes_true("the pipeline has dealt with the frame", [&] { return pipeline_.status().counters.estimates > before; }));
+    ASSERT_TRUE(comes_true("the pipeline has dealt with the frame",
+                           [&] { return pipeline_.status().counters.estimates > before; }));
   }
 
   Lender lender_;

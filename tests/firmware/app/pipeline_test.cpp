@@ -28,8 +28,8 @@ using ::testing::HasSubstr;
 class PipelineTest : public ::testing::Test {
  protected:
   PipelineTest()
-      : pipeline_({"attic", 11, 12, "0.1.0", "fake camera"},
-                  std::make_unique<FakeEstimator>(script_), EstimatorConfig{}) {
+      : pipeline_({"attic", 11, 12, "0.1.0", "fake camera"}, std::make_unique<FakeEstimator>(script_),
+                  EstimatorConfig{}) {
     pipeline_.publisher().add(std::make_unique<FakeLink>(link_));
   }
 
@@ -71,8 +71,7 @@ TEST_F(PipelineTest, AFrameBecomesADescriptorOnTheLink) {
 
 TEST_F(PipelineTest, ABracketComesToTheEstimatorAsOne) {
   ASSERT_TRUE(pipeline_.start().ok());
-  for (int i = 0; i < 3; ++i)
-    pipeline_.sink().push(lender_.frame(static_cast<std::uint64_t>(6 + i), i, 3));
+  for (int i = 0; i < 3; ++i) pipeline_.sink().push(lender_.frame(static_cast<std::uint64_t>(6 + i), i, 3));
   ASSERT_TRUE(comes_true("the bracket is published", [&] { return link_.count() == 1; }));
   const std::lock_guard lock(script_.mutex);
   EXPECT_THAT(script_.brackets, ElementsAre(ElementsAre(6, 7, 8)));

@@ -36,8 +36,7 @@ struct Example;
 template <>
 struct Example<KannalaBrandtParameters> {
   static LensParameters lens() {
-    return lens_with(KannalaBrandtParameters{290, 288, 501.3, 247.9, -0.03, 0.004, -0.0011, 1e-4},
-                     100 * kDegree);
+    return lens_with(KannalaBrandtParameters{290, 288, 501.3, 247.9, -0.03, 0.004, -0.0011, 1e-4}, 100 * kDegree);
   }
 };
 template <>
@@ -185,7 +184,8 @@ TEST(Mei, WithoutASphereBehindItIsAPinhole) {
 }
 
 TEST(Mei, ItsTermsAcrossTheRadiusAreInOpenCvsOrder) {
-  // OpenCV, calib3d: x'' = x + 2 p1 x y + p2 (r² + 2 x²), y'' = y + p1 (r² + 2 y²) + 2 p2 x y. At (1/2, 0) p1 moves down alone.
+  // OpenCV, calib3d: x'' = x + 2 p1 x y + p2 (r² + 2 x²), y'' = y + p1 (r² + 2 y²) + 2 p2 x y. At (1/2, 0) p1 moves
+  // down alone.
   const auto first = CameraModel(lens_with(MeiParameters{100, 100, 0, 0, 0, 0, 0, 0.01, 0}, 1)).project({0.5, 0, 1});
   ASSERT_TRUE(first);
   EXPECT_NEAR(first->x, 50, kPixelTolerance);
@@ -225,8 +225,7 @@ TEST(KannalaBrandt, RadiusGrowsWithTheAngleBeyondNinetyDegrees) {
   k.cy = 9;
   const CameraModel model(lens_with(k, 3));
   // All k zero: the radius is the angle itself, the focal length pixels per rad.
-  const auto right = model.project(direction_cv(2.5, 0)),
-             down = model.project(direction_cv(2.5, kPi / 2));
+  const auto right = model.project(direction_cv(2.5, 0)), down = model.project(direction_cv(2.5, kPi / 2));
   ASSERT_TRUE(right && down);
   EXPECT_NEAR(right->x, 7 + 250, kPixelTolerance);
   EXPECT_NEAR(right->y, 9, kPixelTolerance);
@@ -287,9 +286,7 @@ TEST(Equirectangular, UprightItIsTheHousesMapping) {
 TEST(UprightLens, RightIsPlusXAndUpIsPlusY) {
   const LensParameters lens = Example<KannalaBrandtParameters>::lens();
   const CameraModel model(lens);
-  const auto seen = [&](Vec3d probe) {
-    return model.project(rotate(lens.pose_cv.rotation.inverse(), probe)).value();
-  };
+  const auto seen = [&](Vec3d probe) { return model.project(rotate(lens.pose_cv.rotation.inverse(), probe)).value(); };
   const PixelPosition ahead = seen({0, 0, -1});
   EXPECT_NEAR(ahead.x, 501.3, kPixelTolerance);
   EXPECT_NEAR(ahead.y, 247.9, kPixelTolerance);

@@ -1,11 +1,11 @@
 // Shown boards, a lens is found again; shown too little, it says so.
 #include "calibration/geometry/geometry.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "calibration/geometry/board_pose.hpp"
 #include "calibration/projection.hpp"
@@ -67,8 +67,7 @@ TEST_P(OneLens, IsFoundThoughOnePointInFiftyIsAnywhere) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, OneLens,
                          testing::Values(Lens{"KannalaBrandt", LensKind::kannala_brandt},
-                                         Lens{"DoubleSphere", LensKind::double_sphere},
-                                         Lens{"Mei", LensKind::mei}),
+                                         Lens{"DoubleSphere", LensKind::double_sphere}, Lens{"Mei", LensKind::mei}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 TEST(OneLensOfAnyKind, HasItsFocalLengthWithinATenthOfAPercent) {
@@ -97,7 +96,8 @@ TEST(OneLensOfAnyKind, SaysWhatItLacks) {
   for (Picture& p : facing.pictures) {
     p.sightings.clear();
     for (int k = 0; k < 144; ++k) {
-      const Vec3d at = facing.boards[0].points[static_cast<std::size_t>(k)] + Vec3d{-0.11, -0.11, 0.3 + 0.01 * p.capture};
+      const Vec3d at =
+          facing.boards[0].points[static_cast<std::size_t>(k)] + Vec3d{-0.11, -0.11, 0.3 + 0.01 * p.capture};
       const auto pixel = camera.project(at);
       ASSERT_TRUE(pixel);
       p.sightings.push_back({0, k, *pixel});
@@ -155,7 +155,8 @@ TEST(PairOfLenses, TellsHowMuchLaterTheSecondOneTakesItsPictures) {
   const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {.time_offset = true});
   ASSERT_EQ(fit.lenses.size(), 2U);
   EXPECT_NEAR(fit.time_offset_s, pair.later_s, 1e-4);
-  EXPECT_NEAR(fit.time_offset_s, pair.later_s, 3 * fit.time_offset_sigma_s + 2e-5) << "twenty captures a second are not a line";
+  EXPECT_NEAR(fit.time_offset_s, pair.later_s, 3 * fit.time_offset_sigma_s + 2e-5)
+      << "twenty captures a second are not a line";
   expect_pair(fit, pair.lens1_from_lens0);
 }
 
@@ -186,7 +187,8 @@ TEST(BoardPose, IsFoundWhereverTheBoardIs) {
   const Board board = shown::board();
   for (int i = 0; i < 50; ++i) {
     const double a = i;
-    const Pose truth{Quat{std::sin(a), std::cos(2 * a), std::sin(3 * a), 0.3}.normalized(), {std::sin(5 * a), std::cos(7 * a), std::sin(11 * a)}};
+    const Pose truth{Quat{std::sin(a), std::cos(2 * a), std::sin(3 * a), 0.3}.normalized(),
+                     {std::sin(5 * a), std::cos(7 * a), std::sin(11 * a)}};
     std::vector<Vec3d> directions;
     for (const Vec3d& p : board.points) directions.push_back(normalized(transformed(truth, p)));
     const auto found = board_pose(board.points, directions);

@@ -1,9 +1,9 @@
 // A hundred calibrations of one lens: it is right, and its covariance says how right.
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include <gtest/gtest.h>
 
 #include "firmware/calibration/lens_trials.hpp"
 

@@ -28,8 +28,7 @@ LensParameters fisheye(ModelParameters model, double max_angle_rad) {
 }
 
 LensParameters kannala_brandt(double max_angle_rad) {
-  return fisheye(KannalaBrandtParameters{70, 70, 159.5, 119.5, -0.018, 0.0025, -0.0011, 1e-4},
-                 max_angle_rad);
+  return fisheye(KannalaBrandtParameters{70, 70, 159.5, 119.5, -0.018, 0.0025, -0.0011, 1e-4}, max_angle_rad);
 }
 
 LensParameters double_sphere(double max_angle_rad) {
@@ -103,17 +102,14 @@ TEST(LensTable, SharesFallToZeroTowardsTheRim) {
   Result<RigTable> both = make_rig_table({{lens, behind(lens)}, 0}, kFeather);
   ASSERT_TRUE(alone.ok() && both.ok());
   const LensTable &one = alone->lenses[0], &shared = both->lenses[0];
-  const auto weight = [&](double angle) {
-    return std::clamp((95 * kDegree - angle) / kFeather, 0.0, 1.0);
-  };
+  const auto weight = [&](double angle) { return std::clamp((95 * kDegree - angle) / kFeather, 0.0, 1.0); };
   int in_overlap = 0;
   for (std::size_t k = 0; k < one.direction.size(); ++k) {
     if (one.solid_angle[k] == 0) continue;
     const double angle = angle_between(vec_cast<double>(one.direction[k]), Vec3d{0, 0, -1});
     const bool overlap = kPi - angle <= 95 * kDegree;
     const double mine = weight(angle), theirs = overlap ? weight(kPi - angle) : 0;
-    EXPECT_NEAR(static_cast<double>(shared.solid_angle[k] / one.solid_angle[k]),
-                mine / (mine + theirs), 0.04)
+    EXPECT_NEAR(static_cast<double>(shared.solid_angle[k] / one.solid_angle[k]), mine / (mine + theirs), 0.04)
         << "mean over the pixel, which a bend of 20 per rad takes this far from its middle";
     in_overlap += overlap ? 1 : 0;
   }
@@ -144,8 +140,7 @@ TEST(LensTable, AnEquirectangularPictureIsMadeOfExactStrips) {
   EXPECT_NEAR(table.covered_sr, 4 * kPi, 1e-12);
   for (int j = 0; j < 160; j += 13) {
     const std::size_t k = static_cast<std::size_t>(j) * 320 + 200;
-    EXPECT_FLOAT_EQ(table.lenses[0].solid_angle[k],
-                    static_cast<float>(equirect_solid_angle(j, 320, 160)));
+    EXPECT_FLOAT_EQ(table.lenses[0].solid_angle[k], static_cast<float>(equirect_solid_angle(j, 320, 160)));
     const Vec3d wanted = equirect_direction(200.5 / 320, (j + 0.5) / 160);
     EXPECT_LT(angle_between(vec_cast<double>(table.lenses[0].direction[k]), wanted), 1e-6);
   }
@@ -185,8 +180,7 @@ TEST(LensTable, VignettingIsInvertedAtEachPixelsAngle) {
   const LensTable& t = table.lenses[0];
   const std::size_t k = 120 * 320 + 250;
   const double angle = angle_between(vec_cast<double>(t.direction[k]), Vec3d{0, 0, -1});
-  EXPECT_NEAR(static_cast<double>(t.inverse_vignetting[k]) * vignetting(lens.photometry, angle), 1,
-              1e-6);
+  EXPECT_NEAR(static_cast<double>(t.inverse_vignetting[k]) * vignetting(lens.photometry, angle), 1, 1e-6);
 }
 
 TEST(LensTable, RefusesWhatCannotBe) {

@@ -18,7 +18,8 @@ void count_within(const LensFit& fit, const ModelParameters& truth, Trials& out)
   const std::vector<double> found = numbers_of(fit.model), wanted = numbers_of(truth);
   out.within_3_sigma.resize(wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i)
-    out.within_3_sigma[i] += std::abs(found[i] - wanted[i]) <= 3 * std::sqrt(fit.covariance[i * wanted.size() + i]) ? 1 : 0;
+    out.within_3_sigma[i] +=
+        std::abs(found[i] - wanted[i]) <= 3 * std::sqrt(fit.covariance[i * wanted.size() + i]) ? 1 : 0;
   out.focal.push_back(std::max(std::abs(found[0] / wanted[0] - 1), std::abs(found[1] / wanted[1] - 1)));
 }
 
@@ -31,9 +32,15 @@ LensParameters lens_of(LensKind kind) {
   lens.max_angle_rad = 95 * kDegree;
   lens.pose_cv.rotation = upright_lens_cv();
   switch (kind) {
-    case LensKind::kannala_brandt: lens.model = KannalaBrandtParameters{286, 285, 645, 473, -0.018, 0.0025, -0.0011, 1e-4}; break;
-    case LensKind::double_sphere: lens.model = DoubleSphereParameters{262, 261, 634, 488, -0.19, 0.59}; break;
-    case LensKind::mei: lens.model = MeiParameters{740, 738, 641, 478, 1.5, -0.05, 0.02, 2e-4, -3e-4}; break;
+    case LensKind::kannala_brandt:
+      lens.model = KannalaBrandtParameters{286, 285, 645, 473, -0.018, 0.0025, -0.0011, 1e-4};
+      break;
+    case LensKind::double_sphere:
+      lens.model = DoubleSphereParameters{262, 261, 634, 488, -0.19, 0.59};
+      break;
+    case LensKind::mei:
+      lens.model = MeiParameters{740, 738, 641, 478, 1.5, -0.05, 0.02, 2e-4, -3e-4};
+      break;
   }
   return lens;
 }

@@ -1,12 +1,12 @@
 // What a solver is told of a projection's slopes is what small steps show.
 #include "calibration/projection.hpp"
 
-#include <ceres/jet.h>
-#include <gtest/gtest.h>
-
 #include <array>
 #include <cmath>
 #include <numbers>
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
 
 namespace lightwell {
 namespace {
@@ -35,7 +35,8 @@ TYPED_TEST_SUITE(Projection, Models);
 template <class Model, class T>
 std::array<T, 2> pixel(const T* x) {
   std::array<T, 2> out;
-  EXPECT_TRUE(Model::project(x, x[Model::kParameters], x[Model::kParameters + 1], x[Model::kParameters + 2], out[0], out[1]));
+  EXPECT_TRUE(
+      Model::project(x, x[Model::kParameters], x[Model::kParameters + 1], x[Model::kParameters + 2], out[0], out[1]));
   return out;
 }
 

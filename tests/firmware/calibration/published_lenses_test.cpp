@@ -1,11 +1,11 @@
-// Lenses beyond 180 degrees that others have published: over the whole of each, a pixel and a direction are two names of one
-// thing.
+// Lenses beyond 180 degrees that others have published: over the whole of each, a pixel and a direction are two names
+// of one thing.
 #include "fixtures/published_lenses.hpp"
-
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+
+#include <gtest/gtest.h>
 
 #include "calibration/camera_model.hpp"
 
@@ -16,9 +16,7 @@ using std::numbers::pi;
 
 class PublishedLens : public testing::TestWithParam<test::PublishedLens> {};
 
-TEST_P(PublishedLens, SeesMoreThanHalfOfEverything) {
-  EXPECT_GT(CameraModel(GetParam().lens).max_angle_rad(), pi / 2);
-}
+TEST_P(PublishedLens, SeesMoreThanHalfOfEverything) { EXPECT_GT(CameraModel(GetParam().lens).max_angle_rad(), pi / 2); }
 
 TEST_P(PublishedLens, PixelsComeBack) {
   const LensParameters& lens = GetParam().lens;

@@ -22,7 +22,6 @@ Quat turned_to(Vec3d to) {
   return axis == Vec3d{} ? Quat{} : Quat::about(axis, angle_between(z, to));
 }
 
-
 class Shower {
  public:
   Shower(const Show& show) : show_(show), random_(show.seed) {}
@@ -48,8 +47,9 @@ class Shower {
   /// A board's pose before a lens, its middle at an angle from the axis.
   Pose before(const Board& board, double theta) {
     const Vec3d to = at_angles(theta, uniform(0, 2 * pi));
-    const Quat q = turned_to(to) * Quat::about({0, 0, 1}, uniform(0, 2 * pi)) *
-                   Quat::about(normalized(Vec3d{uniform(-1, 1), uniform(-1, 1), 0.01}), uniform(-show_.tilt_rad, show_.tilt_rad));
+    const Quat q =
+        turned_to(to) * Quat::about({0, 0, 1}, uniform(0, 2 * pi)) *
+        Quat::about(normalized(Vec3d{uniform(-1, 1), uniform(-1, 1), 0.01}), uniform(-show_.tilt_rad, show_.tilt_rad));
     const Vec3d middle = (board.points.front() + board.points.back()) * 0.5;
     return {q, to * uniform(show_.nearest_m, show_.farthest_m) - rotate(q, middle)};
   }
@@ -102,15 +102,19 @@ Sightings pair_of_lenses(const Pair& pair, const Show& show) {
     out.boards.back().name = "board " + std::to_string(b);
     const Vec3d to = normalized(Vec3d{std::cos(pi / 2 * b + 0.2), 0.2 * (b % 2) - 0.1, std::sin(pi / 2 * b + 0.2)});
     const Quat q = turned_to(to) * Quat::about({1, 0, 0}, shower.uniform(-0.3, 0.3));
-    world_from_board.push_back({q, to * 0.45 - rotate(q, (out.boards.back().points.front() + out.boards.back().points.back()) * 0.5)});
+    world_from_board.push_back(
+        {q, to * 0.45 - rotate(q, (out.boards.back().points.front() + out.boards.back().points.back()) * 0.5)});
   }
   // The rig tumbles smoothly: sums of sines, whose slopes are those of a hand.
   double phase[6];
   for (double& p : phase) p = shower.uniform(0, 2 * pi);
   const auto rig_from_world = [&](double t) {
-    const Quat q = Quat::about({0, 1, 0}, 1.3 * t + phase[0]) * Quat::about({1, 0, 0}, 0.8 * std::sin(1.1 * t + phase[1])) *
+    const Quat q = Quat::about({0, 1, 0}, 1.3 * t + phase[0]) *
+                   Quat::about({1, 0, 0}, 0.8 * std::sin(1.1 * t + phase[1])) *
                    Quat::about({0, 0, 1}, 0.9 * std::sin(0.7 * t + phase[2]));
-    return Pose{q, {0.08 * std::sin(0.9 * t + phase[3]), 0.06 * std::sin(1.3 * t + phase[4]), 0.08 * std::sin(0.8 * t + phase[5])}};
+    return Pose{q,
+                {0.08 * std::sin(0.9 * t + phase[3]), 0.06 * std::sin(1.3 * t + phase[4]),
+                 0.08 * std::sin(0.8 * t + phase[5])}};
   };
   for (int i = 0; i < show.pictures; ++i) {
     const double t = i / kRate;
@@ -123,7 +127,8 @@ Sightings pair_of_lenses(const Pair& pair, const Show& show) {
       Pose from_world = rig_from_world(lens == 1 ? t + pair.later_s : t);
       if (lens == 1) from_world = compose(pair.lens1_from_lens0, from_world);
       for (int b = 0; b < kBoards; ++b)
-        shower.add(pair.lens, out.boards[static_cast<std::size_t>(b)], b, compose(from_world, world_from_board[static_cast<std::size_t>(b)]), picture);
+        shower.add(pair.lens, out.boards[static_cast<std::size_t>(b)], b,
+                   compose(from_world, world_from_board[static_cast<std::size_t>(b)]), picture);
       out.pictures.push_back(std::move(picture));
     }
   }

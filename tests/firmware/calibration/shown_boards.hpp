@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <lightwell/calibration.hpp>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
 
 #include "calibration/geometry/sightings.hpp"
 

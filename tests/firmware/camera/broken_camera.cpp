@@ -37,8 +37,7 @@ Result<CameraInfo> BrokenCamera::open() {
 }
 
 Status BrokenCamera::start(FrameSink& sink) {
-  if (is(Defect::starts_once) && starts_ > 0)
-    return {StatusCode::failed_precondition, "was started before"};
+  if (is(Defect::starts_once) && starts_ > 0) return {StatusCode::failed_precondition, "was started before"};
   if (thread_.joinable()) {
     if (!is(Defect::pushes_after_stop)) return {StatusCode::failed_precondition, "is streaming"};
     return {};
@@ -130,8 +129,7 @@ FrameInfo BrokenCamera::next_info() {
   info.gain = is(Defect::has_no_gain) ? 0 : 1;
   info.delivered = {monotonic_now_ns()};
   info.mid_exposure = info.delivered - Duration::from_seconds(info.exposure_s / 2);
-  if (is(Defect::stands_still_in_time))
-    info.mid_exposure.ns -= info.mid_exposure.ns % 1'000'000'000;
+  if (is(Defect::stands_still_in_time)) info.mid_exposure.ns -= info.mid_exposure.ns % 1'000'000'000;
   if (is(Defect::stamps_the_future)) info.delivered.ns += 1'000'000'000;
   if (is(Defect::stamps_another_clock)) info.mid_exposure.ns -= 3'600'000'000'000;
   ++sequence_;

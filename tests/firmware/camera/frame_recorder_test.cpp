@@ -48,8 +48,7 @@ class Ends final : public FrameOwner, public FrameSink {
 class Recorder : public ::testing::Test {
  protected:
   Frame frame(std::uint64_t sequence) {
-    for (std::size_t lens = 0; lens < 2; ++lens)
-      pictures[lens] = made_picture(made, sequence, static_cast<int>(lens));
+    for (std::size_t lens = 0; lens < 2; ++lens) pictures[lens] = made_picture(made, sequence, static_cast<int>(lens));
     Frame f(ends, 0);
     f.info.sequence = sequence;
     f.info.mid_exposure = {static_cast<std::int64_t>(1000 + sequence)};
@@ -59,8 +58,7 @@ class Recorder : public ::testing::Test {
     f.info.bracket_index = 1;
     f.info.bracket_size = 3;
     for (int lens = 0; lens < 2; ++lens)
-      f.add_view({lens, PixelFormat::rgb8, made.width, made.height,
-                  packed_stride(PixelFormat::rgb8, made.width),
+      f.add_view({lens, PixelFormat::rgb8, made.width, made.height, packed_stride(PixelFormat::rgb8, made.width),
                   pictures[static_cast<std::size_t>(lens)]});
     return f;
   }
@@ -92,8 +90,7 @@ class Recorder : public ::testing::Test {
       EXPECT_EQ(f.bracket_size, 3);
       EXPECT_EQ(f.views.size(), 2U);
       for (const RecordedView& v : f.views)
-        EXPECT_EQ(std::vector(v.data.begin(), v.data.end()),
-                  made_picture(made, f.sequence, v.lens));
+        EXPECT_EQ(std::vector(v.data.begin(), v.data.end()), made_picture(made, f.sequence, v.lens));
     }
     return count;
   }
@@ -208,8 +205,7 @@ TEST_F(Recorder, AFullDiskEndsTheRecordingAndNotTheProbe) {
 TEST_F(Recorder, OptionsAndPathsThatCannotWorkAreRefused) {
   FrameRecorderOptions options;
   options.queue = 0;
-  EXPECT_EQ(FrameRecorder::open(path, RecordingHeader(), ends, options).status().code(),
-            StatusCode::invalid_argument);
+  EXPECT_EQ(FrameRecorder::open(path, RecordingHeader(), ends, options).status().code(), StatusCode::invalid_argument);
   EXPECT_FALSE(FrameRecorder::open(scratch.path("no/folder"), RecordingHeader(), ends).ok());
   scratch.write("text", std::string_view("no recording"));
   EXPECT_EQ(FrameRecorder::open(scratch.path("text"), RecordingHeader(), ends).status().code(),

@@ -37,15 +37,13 @@ Planes planes() {
   return p;
 }
 
-Imf::Header header_of(std::initializer_list<const char*> channels,
-                      Imf::PixelType type = Imf::FLOAT) {
+Imf::Header header_of(std::initializer_list<const char*> channels, Imf::PixelType type = Imf::FLOAT) {
   Imf::Header header(kWidth, kHeight);
   for (const char* name : channels) header.channels().insert(name, Imf::Channel(type));
   return header;
 }
 
-Imf::FrameBuffer buffer_of(Planes& p, std::initializer_list<const char*> channels,
-                           const Imath::Box2i& window) {
+Imf::FrameBuffer buffer_of(Planes& p, std::initializer_list<const char*> channels, const Imath::Box2i& window) {
   Imf::FrameBuffer buffer;
   std::vector<float>* all[] = {&p.red, &p.green, &p.blue, &p.red};
   std::size_t i = 0;
@@ -54,8 +52,7 @@ Imf::FrameBuffer buffer_of(Planes& p, std::initializer_list<const char*> channel
   return buffer;
 }
 
-void write(const std::string& path, const Imf::Header& header, Planes& p,
-           std::initializer_list<const char*> channels) {
+void write(const std::string& path, const Imf::Header& header, Planes& p, std::initializer_list<const char*> channels) {
   Imf::OutputFile file(path.c_str(), header);
   file.setFrameBuffer(buffer_of(p, channels, header.dataWindow()));
   file.writePixels(kHeight);
@@ -63,10 +60,10 @@ void write(const std::string& path, const Imf::Header& header, Planes& p,
 
 float value(const Image& image, int x, int y, std::size_t channel) {
   float v = 0;
-  std::memcpy(&v,
-              image.data.data() + image.stride() * static_cast<std::size_t>(y) +
-                  12 * static_cast<std::size_t>(x) + 4 * channel,
-              4);
+  std::memcpy(
+      &v,
+      image.data.data() + image.stride() * static_cast<std::size_t>(y) + 12 * static_cast<std::size_t>(x) + 4 * channel,
+      4);
   return v;
 }
 
@@ -104,8 +101,7 @@ TEST_F(ImageExr, FloatsInAnyCompressionAndLineOrderComeBackExactly) {
 
 TEST_F(ImageExr, AlphaIsLeftOutAndAWindowMayBeginAnywhere) {
   Imf::Header header = header_of({"R", "G", "B", "A"});
-  header.dataWindow() = header.displayWindow() =
-      Imath::Box2i({-5, 100}, {-5 + kWidth - 1, 100 + kHeight - 1});
+  header.dataWindow() = header.displayWindow() = Imath::Box2i({-5, 100}, {-5 + kWidth - 1, 100 + kHeight - 1});
   write(path, header, p, {"R", "G", "B", "A"});
   expect_planes(read_image(path), p);
 }
@@ -220,8 +216,7 @@ TEST_F(ImageExr, HugeHeaderIsRefusedBeforeMemoryIsTaken) {
   // Both windows say 2^30 in each direction.
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (const std::string_view name : {"dataWindow", "displayWindow"}) {
-    const std::size_t at =
-        text.find(name) + name.size() + std::string_view("\0box2i\0....", 11).size();
+    const std::size_t at = text.find(name) + name.size() + std::string_view("\0box2i\0....", 11).size();
     const std::int32_t huge[] = {0, 0, 1 << 30, 1 << 30};
     std::memcpy(bytes.data() + at, huge, sizeof huge);
   }

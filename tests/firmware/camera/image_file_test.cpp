@@ -3,12 +3,12 @@
 #include "camera/image_file.hpp"
 
 #include <algorithm>
+#include <png.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <png.h>
 
 #include "firmware/camera/scratch.hpp"
 
@@ -17,8 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::vector<std::byte> encoded(const char* extension, const cv::Mat& m,
-                               const std::vector<int>& options = {}) {
+std::vector<std::byte> encoded(const char* extension, const cv::Mat& m, const std::vector<int>& options = {}) {
   std::vector<unsigned char> bytes;
   EXPECT_TRUE(cv::imencode(extension, m, bytes, options));
   std::vector<std::byte> out(bytes.size());
@@ -34,15 +33,13 @@ cv::Mat noise(int type) {
 }
 
 int value(const Image& image, int x, int y, int channel) {
-  return std::to_integer<int>(image.data[image.stride() * static_cast<std::size_t>(y) +
-                                         static_cast<std::size_t>(3 * x + channel)]);
+  return std::to_integer<int>(
+      image.data[image.stride() * static_cast<std::size_t>(y) + static_cast<std::size_t>(3 * x + channel)]);
 }
 
 class ImageFile : public ::testing::Test {
  protected:
-  Status status_of(std::span<const std::byte> bytes) {
-    return read_image(scratch.write("x", bytes)).status();
-  }
+  Status status_of(std::span<const std::byte> bytes) { return read_image(scratch.write("x", bytes)).status(); }
   Scratch scratch;
 };
 
@@ -59,8 +56,7 @@ TEST_F(ImageFile, PngComesBackAsWrittenInTheOrderRedGreenBlue) {
 }
 
 TEST_F(ImageFile, JpegIsNearAndItsRedIsRed) {
-  const auto image = read_image(
-      scratch.write("j", encoded(".jpg", cv::Mat(16, 16, CV_8UC3, cv::Scalar(10, 60, 220)))));
+  const auto image = read_image(scratch.write("j", encoded(".jpg", cv::Mat(16, 16, CV_8UC3, cv::Scalar(10, 60, 220)))));
   ASSERT_TRUE(image.ok()) << image.status().message();
   EXPECT_NEAR(value(*image, 5, 5, 0), 220, 4);
   EXPECT_NEAR(value(*image, 5, 5, 1), 60, 4);
@@ -87,9 +83,8 @@ TEST_F(ImageFile, SixteenBitsAndAlphaAreRefusedWithTheRemedy) {
 TEST_F(ImageFile, ExifOrientationDoesNotTurnThePicture) {
   auto jpeg = encoded(".jpg", noise(CV_8UC3));
   // APP1 with one TIFF entry: orientation 6, "turn right".
-  const unsigned char exif[] = {0xFF, 0xE1, 0, 34, 'E', 'x', 'i', 'f', 0,    0, 'I', 'I',
-                                42,   0,    8, 0,  0,   0,   1,   0,   0x12, 1, 3,   0,
-                                1,    0,    0, 0,  6,   0,   0,   0,   0,    0, 0,   0};
+  const unsigned char exif[] = {0xFF, 0xE1, 0,    34, 'E', 'x', 'i', 'f', 0, 0, 'I', 'I', 42, 0, 8, 0, 0, 0,
+                                1,    0,    0x12, 1,  3,   0,   1,   0,   0, 0, 6,   0,   0,  0, 0, 0, 0, 0};
   const auto bytes = std::as_bytes(std::span(exif));
   jpeg.insert(jpeg.begin() + 2, bytes.begin(), bytes.end());
   const auto image = read_image(scratch.write("e", jpeg));
@@ -111,9 +106,8 @@ std::vector<std::byte> palette_interlaced_linear(int width, int height) {
         to.insert(to.end(), bytes.begin(), bytes.end());
       },
       nullptr);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 2,
-               PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_ADAM7, PNG_COMPRESSION_TYPE_DEFAULT,
-               PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 2, PNG_COLOR_TYPE_PALETTE,
+               PNG_INTERLACE_ADAM7, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   const png_color colors[] = {{10, 20, 30}, {40, 50, 60}, {70, 80, 90}, {200, 210, 220}};
   png_set_PLTE(png, info, colors, 4);
   png_set_gAMA(png, info, 1.0);
@@ -123,8 +117,7 @@ std::vector<std::byte> palette_interlaced_linear(int width, int height) {
   std::vector<png_byte> row(static_cast<std::size_t>(width));
   for (int pass = 0; pass < passes; ++pass)
     for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x)
-        row[static_cast<std::size_t>(x)] = static_cast<png_byte>((x + y) % 4);
+      for (int x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] = static_cast<png_byte>((x + y) % 4);
       png_write_row(png, row.data());
     }
   png_write_end(png, info);
@@ -147,8 +140,7 @@ TEST_F(ImageFile, PaletteAndInterlacedPngAreReadAndTheirGammaIsNotApplied) {
 TEST_F(ImageFile, OneBitIsBlackOrWhite) {
   cv::Mat two(5, 11, CV_8UC1, cv::Scalar(0));
   two.at<unsigned char>(3, 7) = 255;
-  const auto image =
-      read_image(scratch.write("b", encoded(".png", two, {cv::IMWRITE_PNG_BILEVEL, 1})));
+  const auto image = read_image(scratch.write("b", encoded(".png", two, {cv::IMWRITE_PNG_BILEVEL, 1})));
   ASSERT_TRUE(image.ok()) << image.status().message();
   for (int c = 0; c < 3; ++c) {
     EXPECT_EQ(value(*image, 7, 3, c), 255);
@@ -166,7 +158,8 @@ TEST_F(ImageFile, OpenCvReadsWhatIsWrittenAndIsReadWithTheSameValues) {
     const cv::Mat theirs = cv::imread(scratch.path("o"), cv::IMREAD_COLOR);
     for (int y = 0; y < bgr.rows; ++y)
       for (int x = 0; x < bgr.cols; ++x)
-        for (int c = 0; c < 3; ++c) ASSERT_EQ(value(*ours, x, y, c), theirs.at<cv::Vec3b>(y, x)[2 - c]) << kind << x << ' ' << y;
+        for (int c = 0; c < 3; ++c)
+          ASSERT_EQ(value(*ours, x, y, c), theirs.at<cv::Vec3b>(y, x)[2 - c]) << kind << x << ' ' << y;
     ASSERT_TRUE(write_png(scratch.path("w.png"), *ours).ok());
     const cv::Mat again = cv::imread(scratch.path("w.png"), cv::IMREAD_COLOR);
     EXPECT_EQ(cv::norm(again, theirs, cv::NORM_INF), 0) << kind;

@@ -17,24 +17,19 @@ using ::testing::HasSubstr;
 std::array<float, 3> pixel(const Image& image, int x, int y) {
   std::array<float, 3> rgb{};
   std::memcpy(rgb.data(),
-              image.data.data() + image.stride() * static_cast<std::size_t>(y) +
-                  12 * static_cast<std::size_t>(x),
-              12);
+              image.data.data() + image.stride() * static_cast<std::size_t>(y) + 12 * static_cast<std::size_t>(x), 12);
   return rgb;
 }
 
 class ImageHdr : public ::testing::Test {
  protected:
-  Result<Image> read(const std::string& text) {
-    return read_image(scratch.write("x.hdr", std::string_view(text)));
-  }
+  Result<Image> read(const std::string& text) { return read_image(scratch.write("x.hdr", std::string_view(text))); }
   Scratch scratch;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
 };
 
 TEST_F(ImageHdr, FlatPixelsAreMantissaAndAHalfTimesPowerOfTwo) {
-  const auto image =
-      read(head + "-Y 1 +X 2\n" + std::string("\x80\x40\x00\x81", 4) + std::string(4, '\0'));
+  const auto image = read(head + "-Y 1 +X 2\n" + std::string("\x80\x40\x00\x81", 4) + std::string(4, '\0'));
   ASSERT_TRUE(image.ok()) << image.status().message();
   EXPECT_EQ(image->format, PixelFormat::rgb_f32);
   EXPECT_FLOAT_EQ(pixel(*image, 0, 0)[0], 128.5F / 128);
@@ -44,8 +39,8 @@ TEST_F(ImageHdr, FlatPixelsAreMantissaAndAHalfTimesPowerOfTwo) {
 }
 
 TEST_F(ImageHdr, ExposuresAreDividedOut) {
-  const auto image = read("#?RGBE\nEXPOSURE=2\nEXPOSURE= 4.0\nCOLORCORR= 1 2 1\n\n-Y 1 +X 1\n" +
-                          std::string("\x80\x80\x80\x81", 4));
+  const auto image =
+      read("#?RGBE\nEXPOSURE=2\nEXPOSURE= 4.0\nCOLORCORR= 1 2 1\n\n-Y 1 +X 1\n" + std::string("\x80\x80\x80\x81", 4));
   ASSERT_TRUE(image.ok()) << image.status().message();
   EXPECT_FLOAT_EQ(pixel(*image, 0, 0)[0], 128.5F / 128 / 8);
   EXPECT_FLOAT_EQ(pixel(*image, 0, 0)[1], 128.5F / 128 / 16);
@@ -53,9 +48,8 @@ TEST_F(ImageHdr, ExposuresAreDividedOut) {
 
 TEST_F(ImageHdr, OldRunsRepeatThePixelBefore) {
   const std::string p("\x80\x40\x20\x80", 4);
-  const auto image =
-      read(head + "-Y 1 +X 264\n" + p + "\x01\x01\x01\x05" + std::string("\x01\x01\x01\x01", 4) +
-           std::string("\x10\x20\x30\x80\x90\x20\x30\x80", 8));
+  const auto image = read(head + "-Y 1 +X 264\n" + p + "\x01\x01\x01\x05" + std::string("\x01\x01\x01\x01", 4) +
+                          std::string("\x10\x20\x30\x80\x90\x20\x30\x80", 8));
   ASSERT_TRUE(image.ok()) << image.status().message();
   EXPECT_EQ(pixel(*image, 0, 0), pixel(*image, 261, 0));
   EXPECT_NE(pixel(*image, 261, 0), pixel(*image, 262, 0));
@@ -86,8 +80,7 @@ TEST_F(ImageHdr, NewRunsGiveWhatOpenCvWroteWithinHalfAMantissaStep) {
       const auto bgr = m.at<cv::Vec3f>(y, x);
       const float step = std::max({bgr[0], bgr[1], bgr[2]}) / 128;
       for (int c = 0; c < 3; ++c)
-        ASSERT_NEAR(pixel(*image, x, y)[static_cast<std::size_t>(c)], bgr[2 - c], 0.51F * step)
-            << x << ' ' << y;
+        ASSERT_NEAR(pixel(*image, x, y)[static_cast<std::size_t>(c)], bgr[2 - c], 0.51F * step) << x << ' ' << y;
     }
 }
 
@@ -116,15 +109,13 @@ TEST_F(ImageHdr, DamagedRunsAreSeen) {
 }
 
 TEST_F(ImageHdr, OtherOrientationsColoursAndSizesAreRefused) {
-  for (const char* line :
-       {"+Y 1 +X 1\n", "+X 1 -Y 1\n", "-Y 1 -X 1\n", "-Y 0 +X 1\n", "-Y x +X 1\n", "-Y 1 +X 1 \n",
-        "-Y 99999999 +X 99999999\n", "-Y 65536 +X 65536\n"})
+  for (const char* line : {"+Y 1 +X 1\n", "+X 1 -Y 1\n", "-Y 1 -X 1\n", "-Y 0 +X 1\n", "-Y x +X 1\n", "-Y 1 +X 1 \n",
+                           "-Y 99999999 +X 99999999\n", "-Y 65536 +X 65536\n"})
     EXPECT_EQ(read(head + line + "abcd").status().code(), StatusCode::invalid_argument) << line;
   const auto xyz = read("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd");
   EXPECT_EQ(xyz.status().code(), StatusCode::invalid_argument);
   EXPECT_THAT(xyz.status().message(), HasSubstr("ra_xyze"));
-  EXPECT_EQ(read("#?RADIANCE\nEXPOSURE=0\n\n-Y 1 +X 1\nabcd").status().code(),
-            StatusCode::data_loss);
+  EXPECT_EQ(read("#?RADIANCE\nEXPOSURE=0\n\n-Y 1 +X 1\nabcd").status().code(), StatusCode::data_loss);
 }
 
 TEST_F(ImageHdr, HugeSizeInATinyFileTakesNoMemory) {

@@ -25,8 +25,7 @@ struct MadeFrames {
 };
 
 /// Bytes that differ from frame to frame and from lens to lens.
-inline std::vector<std::byte> made_picture(const MadeFrames& made, std::uint64_t sequence,
-                                           int lens) {
+inline std::vector<std::byte> made_picture(const MadeFrames& made, std::uint64_t sequence, int lens) {
   std::vector<std::byte> data(
       picture_bytes(PixelFormat::rgb8, packed_stride(PixelFormat::rgb8, made.width), made.height));
   for (std::size_t i = 0; i < data.size(); ++i)
@@ -54,12 +53,10 @@ inline std::string write_recording(
     frame.bracket_index = i % frame.bracket_size;
     frame.exposure_s = made.exposure_s[static_cast<std::size_t>(frame.bracket_index)];
     std::vector<std::vector<std::byte>> pictures;
-    for (int lens = 0; lens < made.lenses; ++lens)
-      pictures.push_back(made_picture(made, frame.sequence, lens));
+    for (int lens = 0; lens < made.lenses; ++lens) pictures.push_back(made_picture(made, frame.sequence, lens));
     for (int lens = 0; lens < made.lenses; ++lens)
       frame.views.push_back({lens, PixelFormat::rgb8, made.width, made.height,
-                             packed_stride(PixelFormat::rgb8, made.width),
-                             pictures[static_cast<std::size_t>(lens)]});
+                             packed_stride(PixelFormat::rgb8, made.width), pictures[static_cast<std::size_t>(lens)]});
     if (!change(frame)) continue;
     encode_frame_record(frame, bytes);
     EXPECT_TRUE(writer->append(frame.mid_exposure.ns, bytes).ok());
@@ -80,8 +77,8 @@ inline std::string write_folder(const std::string& path, const MadeFrames& made)
                         made_picture(made, static_cast<std::uint64_t>(i), lens)};
       EXPECT_TRUE(write_png(path + "/" + name, image).ok());
       const std::size_t index = static_cast<std::size_t>(i) % made.exposure_s.size();
-      list << name << ',' << lens << ',' << made.exposure_s[index] << ',' << i / made.rate << ','
-           << index << ',' << made.exposure_s.size() << '\n';
+      list << name << ',' << lens << ',' << made.exposure_s[index] << ',' << i / made.rate << ',' << index << ','
+           << made.exposure_s.size() << '\n';
     }
   return path;
 }

@@ -30,8 +30,7 @@ class Keeper final : public FrameSink {
  public:
   void push(Frame frame) override {
     Played played{frame.info, {}};
-    for (const View& view : frame.views())
-      played.pictures.emplace_back(view.data.begin(), view.data.end());
+    for (const View& view : frame.views()) played.pictures.emplace_back(view.data.begin(), view.data.end());
     frames.push_back(std::move(played));
   }
   std::vector<Played> frames;
@@ -128,8 +127,7 @@ TEST_F(Replay, SpacingIsThatOfTheRecordingAndTheTimeIsNow) {
   // A busy machine may make it drop a frame: what came keeps the recorded spacing, all the same.
   for (const Played& frame : frames) {
     const auto steps = static_cast<double>(frame.info.sequence - frames[0].info.sequence);
-    EXPECT_NEAR((frame.info.mid_exposure - frames[0].info.mid_exposure).seconds(), steps / 50,
-                0.02);
+    EXPECT_NEAR((frame.info.mid_exposure - frames[0].info.mid_exposure).seconds(), steps / 50, 0.02);
     EXPECT_GE(frame.info.delivered, frame.info.mid_exposure);
   }
 }
@@ -194,8 +192,7 @@ TEST_F(Replay, WhatCannotBePlayedIsRefusedWithTheReason) {
   EXPECT_EQ(open_status("replay:").code(), StatusCode::invalid_argument);
   EXPECT_EQ(open_status("replay:" + scratch.path("none")).code(), StatusCode::not_found);
   EXPECT_EQ(open_status("replay:" + scratch.path("")).code(), StatusCode::not_found);
-  EXPECT_EQ(open_status("replay:" + scratch.write("text", std::string_view("hello"))).code(),
-            StatusCode::data_loss);
+  EXPECT_EQ(open_status("replay:" + scratch.write("text", std::string_view("hello"))).code(), StatusCode::data_loss);
   EXPECT_THAT(make("replay:x?loops=2").status().message(), HasSubstr("did you mean 'loop'?"));
   EXPECT_EQ(make("replay:x?loop=-1").status().code(), StatusCode::invalid_argument);
   EXPECT_EQ(make("replay:x?loop=").status().code(), StatusCode::invalid_argument);
@@ -205,8 +202,7 @@ TEST_F(Replay, WhatCannotBePlayedIsRefusedWithTheReason) {
   { ASSERT_TRUE(RecordWriter::open(scratch.path("d"), header).ok()); }
   EXPECT_THAT(open_status("replay:" + scratch.path("d")).message(), HasSubstr("descriptors"));
   made.count = 0;
-  EXPECT_EQ(open_status("replay:" + write_recording(scratch.path("empty"), made)).code(),
-            StatusCode::data_loss);
+  EXPECT_EQ(open_status("replay:" + write_recording(scratch.path("empty"), made)).code(), StatusCode::data_loss);
 
   scratch.write("folder/calibration.textproto", std::string_view("lens { colour: 3 }"));
   EXPECT_THAT(open_status("replay:" + folder).message(), HasSubstr("calibration.textproto"));

@@ -19,8 +19,7 @@ namespace lightwell {
 class Scratch {
  public:
   Scratch() {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "lightwell_camera_XXXXXX").string();
+    std::string name = (std::filesystem::temp_directory_path() / "lightwell_camera_XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder " << name;
     folder_ = name;
   }
@@ -31,14 +30,11 @@ class Scratch {
     std::filesystem::remove_all(folder_, ignored);
   }
 
-  [[nodiscard]] std::string path(const std::string& name) const {
-    return (folder_ / name).string();
-  }
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   std::string write(const std::string& name, std::span<const std::byte> bytes) const {
     std::ofstream(path(name), std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()),
-               static_cast<std::streamsize>(bytes.size()));
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     return path(name);
   }
   std::string write(const std::string& name, std::string_view text) const {

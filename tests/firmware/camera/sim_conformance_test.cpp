@@ -28,8 +28,7 @@ std::string panorama() {
   return path;
 }
 
-std::function<Result<std::unique_ptr<CameraBackend>>()> sim_of(const std::string& rest,
-                                                               double rate) {
+std::function<Result<std::unique_ptr<CameraBackend>>()> sim_of(const std::string& rest, double rate) {
   return [rest, rate]() -> Result<std::unique_ptr<CameraBackend>> {
     const Result<CameraUri> uri = parse_camera_uri("sim:" + rest);
     if (!uri) return uri.status();

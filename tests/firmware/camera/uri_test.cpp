@@ -15,20 +15,18 @@ TEST(CameraUri, PartsComeInTheOrderWritten) {
   ASSERT_TRUE(uri.ok()) << uri.status().message();
   EXPECT_EQ(uri->scheme, "sim");
   EXPECT_EQ(uri->path, "/a b/city.exr");
-  EXPECT_THAT(uri->parameters,
-              ::testing::ElementsAre(Pair("rig", "pair"), Pair("ring", "8"), Pair("empty", "")));
+  EXPECT_THAT(uri->parameters, ::testing::ElementsAre(Pair("rig", "pair"), Pair("ring", "8"), Pair("empty", "")));
 }
 
 TEST(CameraUri, PathMayHoldColonsAndMayBeEmpty) {
-  EXPECT_EQ(parse_camera_uri("v4l2:/dev/v4l/by-id/usb-046d:0825")->path,
-            "/dev/v4l/by-id/usb-046d:0825");
+  EXPECT_EQ(parse_camera_uri("v4l2:/dev/v4l/by-id/usb-046d:0825")->path, "/dev/v4l/by-id/usb-046d:0825");
   EXPECT_EQ(parse_camera_uri("libcamera:")->path, "");
   EXPECT_EQ(parse_camera_uri("replay:a?loop=1=2")->parameters[0].second, "1=2");
 }
 
 TEST(CameraUri, WhatIsNoUriIsRefusedWithItsText) {
-  for (const char* text : {"", "room.lwrec", ":path", "SIM:x", "a b:x", "sim:x?", "sim:x?rig",
-                           "sim:x?=3", "sim:x?a=1&", "sim:x?a=1&&b=2", "sim:x?a=1&a=2"}) {
+  for (const char* text : {"", "room.lwrec", ":path", "SIM:x", "a b:x", "sim:x?", "sim:x?rig", "sim:x?=3", "sim:x?a=1&",
+                           "sim:x?a=1&&b=2", "sim:x?a=1&a=2"}) {
     const auto uri = parse_camera_uri(text);
     ASSERT_FALSE(uri.ok()) << text;
     EXPECT_EQ(uri.status().code(), StatusCode::invalid_argument);

@@ -63,30 +63,12 @@ TEST(V4l2Options, AMisspeltOneIsAnsweredWithTheNearest) {
 }
 
 TEST(V4l2Options, ValuesThatMakeNoSenseAreNamed) {
-  for (const auto* const bad : {"width=0",
-                                "width=",
-                                "width=640px",
-                                "height=-480",
-                                "fps=0",
-                                "fps=nan",
-                                "fps=1e9",
-                                "format=yuv",
-                                "exposure=",
-                                "exposure=0",
-                                "exposure=1ms,",
-                                "exposure=-1ms",
-                                "exposure=inf",
-                                "exposure=90s",
-                                "exposure=3 ms",
-                                "gain=high",
-                                "gain=1.5",
-                                "white_balance=0",
-                                "power_line=auto",
-                                "readout=-1us",
-                                "readout=nanus",
-                                "control_delay=0",
-                                "control_delay=31",
-                                "control_delay=2.5"}) {
+  for (const auto* const bad :
+       {"width=0",       "width=",          "width=640px",      "height=-480",      "fps=0",
+        "fps=nan",       "fps=1e9",         "format=yuv",       "exposure=",        "exposure=0",
+        "exposure=1ms,", "exposure=-1ms",   "exposure=inf",     "exposure=90s",     "exposure=3 ms",
+        "gain=high",     "gain=1.5",        "white_balance=0",  "power_line=auto",  "readout=-1us",
+        "readout=nanus", "control_delay=0", "control_delay=31", "control_delay=2.5"}) {
     const std::string message = refusal(std::string("v4l2:/dev/video0?") + bad);
     EXPECT_THAT(message, HasSubstr(std::string(bad).substr(0, std::string(bad).find('=')) + ":")) << bad;
   }

@@ -1,4 +1,7 @@
-// From sums of codes to light, on every vector unit: what the formulas say in double, and nothing beyond the last block.
+// From sums of codes to light, on every vector unit: what the formulas say in double, and nothing beyond the last
+// block.
+#include "estimate/panorama/kernels/block_light.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,9 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "firmware/estimate/each_target.hpp"
-#include "estimate/panorama/kernels/block_light.hpp"
 #include "estimate/common/row_reader.hpp"
+#include "firmware/estimate/each_target.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -87,7 +89,8 @@ Truth truth_of(Made& made, std::size_t b) {
     const double s = codes.sum[c][b], x = codes.across[c][b], y = codes.down[c][b], weight = r.luminance[c];
     double own, light, own_across, own_down;
     if (r.weighted) {
-      own = light = double(r.unit) * w.unit[b] * (s + double(r.cut_off) * w.pixels[b]) + double(r.linear_from) * w.total[b];
+      own = light =
+          double(r.unit) * w.unit[b] * (s + double(r.cut_off) * w.pixels[b]) + double(r.linear_from) * w.total[b];
       mean[c] = light * w.per_total[b];
       own_across = double(r.unit) * w.unit[b] * (x - w.middle_x[b] * s);
       own_down = double(r.unit) * w.unit[b] * (y - w.middle_y[b] * s);
@@ -126,18 +129,20 @@ TEST(BlockLight, IsWhatTheFormulasSayInDouble) {
           std::vector<CellSum> light(kMost + 1, {kGuard, kGuard, kGuard});
           std::array<std::vector<float>, 4> more;
           more.fill(std::vector<float>(kMost + 1, kGuard));
-          const BlockDoubt doubt = light_of_blocks(made.run, made.worth(), made.codes(), blocks,
-                                                   {light.data(), more[0].data(), more[1].data(), more[2].data(), more[3].data()});
+          const BlockDoubt doubt =
+              light_of_blocks(made.run, made.worth(), made.codes(), blocks,
+                              {light.data(), more[0].data(), more[1].data(), more[2].data(), more[3].data()});
           Truth all;
           for (std::size_t b = 0; b < blocks; ++b) {
             const Truth t = truth_of(made, b);
-            // A dozen roundings of 2^-24 of terms that cancel to a tenth of the largest; a step is another one where its
-            // index rounds the other way, 0.1 % of it.
+            // A dozen roundings of 2^-24 of terms that cancel to a tenth of the largest; a step is another one where
+            // its index rounds the other way, 0.1 % of it.
             const auto near = [](double got, double truth, double scale) {
               return std::abs(got - truth) <= 1e-5 * (std::abs(truth) + scale);
             };
             const float rgb[] = {light[b].r, light[b].g, light[b].b};
-            for (std::size_t c = 0; c < 3; ++c) EXPECT_TRUE(near(rgb[c], t.light[c], 10)) << b << " " << rgb[c] << " " << t.light[c];
+            for (std::size_t c = 0; c < 3; ++c)
+              EXPECT_TRUE(near(rgb[c], t.light[c], 10)) << b << " " << rgb[c] << " " << t.light[c];
             EXPECT_TRUE(near(more[0][b], t.peak, 0.1)) << b;
             EXPECT_TRUE(near(more[1][b], t.offset_x, 10)) << b << " " << more[1][b] << " " << t.offset_x;
             EXPECT_TRUE(near(more[2][b], t.offset_y, 10)) << b;

@@ -1,4 +1,6 @@
 // Blocks are the sums of their columns, on every vector unit.
+#include "estimate/panorama/kernels/block_sums.hpp"
+
 #include <algorithm>
 #include <cstdint>
 
@@ -6,7 +8,6 @@
 
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
-#include "estimate/panorama/kernels/block_sums.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -26,8 +27,12 @@ TEST(BlockSums, OfLanesAreTheSumsOfTheirColumns) {
           for (std::size_t i = 0; i < room; ++i) {
             // The largest that 16 rows of 65535 give, and beyond the lanes anything at all.
             const bool beyond = i >= lanes;
-            got.sum.data()[i] = beyond ? static_cast<std::uint32_t>(random()) : full ? 16 * 65535U : below(random, 16 * 65535);
-            got.early.data()[i] = beyond ? static_cast<std::uint32_t>(random()) : full ? 136 * 65535U : below(random, 136 * 65535);
+            got.sum.data()[i] = beyond ? static_cast<std::uint32_t>(random())
+                                : full ? 16 * 65535U
+                                       : below(random, 16 * 65535);
+            got.early.data()[i] = beyond ? static_cast<std::uint32_t>(random())
+                                  : full ? 136 * 65535U
+                                         : below(random, 136 * 65535);
             got.peak.data()[i] = static_cast<std::uint16_t>(random());
             across.data()[i] = static_cast<std::uint32_t>(random());
           }
@@ -46,8 +51,8 @@ TEST(BlockSums, OfLanesAreTheSumsOfTheirColumns) {
                 peak = std::max<unsigned>(peak, in.peak[lane]);
               }
               const std::size_t at = block * count + c;
-              const auto what = testing::Message() << "edge " << edge << ", " << channels << " channels, block " << block
-                                                   << " of " << blocks << ", channel " << c;
+              const auto what = testing::Message() << "edge " << edge << ", " << channels << " channels, block "
+                                                   << block << " of " << blocks << ", channel " << c;
               ASSERT_EQ(got.sum[at], sum) << what;
               ASSERT_EQ(got.early[at], early) << what;
               ASSERT_EQ(across[at], moved) << what;

@@ -46,7 +46,8 @@ TEST_P(Motion, StillNoisyScenesAreStill) {
   std::size_t fewer = 0, blocks = 0;
   for (int frame = 0; frame < 24; ++frame) {
     const RadianceOf scene = furnished_room(lamp_at(11.0 * frame), 30.0F * static_cast<float>(1 + frame));
-    const Bracket bracket = bracket_of(rig_, table_, GetParam(), std::vector(3, scene), kThree, static_cast<std::uint64_t>(frame));
+    const Bracket bracket =
+        bracket_of(rig_, table_, GetParam(), std::vector(3, scene), kThree, static_cast<std::uint64_t>(frame));
     pass.run(bracket.frames, sums);
     double light = 0;
     for (std::size_t i = 0; i < layout.size(); ++i) {
@@ -95,7 +96,8 @@ TEST_P(Motion, ALampThatSwitchesBetweenTheExposuresIsFlagged) {
 }
 
 TEST_P(Motion, WhatDoesNotMoveKeepsItsBrackets) {
-  const std::vector<RadianceOf> scenes{furnished_room(lamp_at(0)), furnished_room(lamp_at(6)), furnished_room(lamp_at(12))};
+  const std::vector<RadianceOf> scenes{furnished_room(lamp_at(0)), furnished_room(lamp_at(6)),
+                                       furnished_room(lamp_at(12))};
   const estimate::BlockLayout layout(table_, 8);
   const estimate::BlockPass plain(table_, layout);
   estimate::BracketPass pass(rig_, table_, layout, plain);
@@ -109,8 +111,8 @@ TEST_P(Motion, WhatDoesNotMoveKeepsItsBrackets) {
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryFormat, Motion,
-                         testing::Values(PixelFormat::rgb8, PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8,
-                                         PixelFormat::bayer_rggb12),
+                         testing::Values(PixelFormat::rgb8, PixelFormat::nv12, PixelFormat::yuyv,
+                                         PixelFormat::bayer_rggb8, PixelFormat::bayer_rggb12),
                          [](const auto& p) { return std::string(to_string(p.param)); });
 
 }  // namespace

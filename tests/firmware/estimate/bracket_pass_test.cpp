@@ -71,7 +71,8 @@ void check(const Case& c) {
       // exposures is mixed.
       const double tolerance = mosaic ? 1e-2 : 1e-4;
       ASSERT_NEAR(b.luminance(), a.luminance(), tolerance * std::abs(a.luminance()) + 1e-8 * total) << "block " << i;
-      ASSERT_NEAR(got.peak[i], expected.peak[i], (mosaic ? 2e-2 : 2e-4) * expected.peak[i] + 1e-6 * largest) << "block " << i;
+      ASSERT_NEAR(got.peak[i], expected.peak[i], (mosaic ? 2e-2 : 2e-4) * expected.peak[i] + 1e-6 * largest)
+          << "block " << i;
       // A quad's light sits in its middle; in plain reading where its pixels have weight.
       const double beside = mosaic ? 1 : 2e-3;
       ASSERT_NEAR(got.offset_x[i], expected.offset_x[i], beside) << "block " << i;

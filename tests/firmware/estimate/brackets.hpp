@@ -43,7 +43,8 @@ inline Bracket bracket_of(const RigParameters& rig, const RigTable& table, Pixel
       sensor.develop(radiance_of(table.lenses[k], scenes[e]),
                      {exposures[e], 1, number * exposures.size() + e, static_cast<int>(k)}, pixels);
       out.pixels.push_back(std::move(pixels));
-      frame.add_view({static_cast<int>(k), format, rig.lenses[k].width, rig.lenses[k].height, sensor.stride(), out.pixels.back()});
+      frame.add_view(
+          {static_cast<int>(k), format, rig.lenses[k].width, rig.lenses[k].height, sensor.stride(), out.pixels.back()});
     }
     out.frames.push_back(std::move(frame));
   }

@@ -1,9 +1,10 @@
-#include <gtest/gtest.h>
+#include "estimate/common/cells.hpp"
 
 #include <cmath>
 #include <numbers>
 
-#include "estimate/common/cells.hpp"
+#include <gtest/gtest.h>
+
 #include "reference/harmonics.hpp"
 #include "reference/vector.hpp"
 

@@ -1,14 +1,16 @@
-#include <gtest/gtest.h>
+#include "estimate/common/chooser.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <lightwell/cap.hpp>
-#include <lightwell/query.hpp>
 #include <numbers>
 #include <random>
 #include <set>
 
-#include "estimate/common/chooser.hpp"
+#include <gtest/gtest.h>
+
+#include <lightwell/cap.hpp>
+#include <lightwell/query.hpp>
+
 #include "reference/irradiance.hpp"
 #include "reference/panorama.hpp"
 
@@ -40,7 +42,8 @@ void put(const Light& light, Projection& scene) {
   const auto add = [&](int l) {
     for (int m = -l; m <= l; ++m, ++at)
       for (int c = 0; c < 3; ++c)
-        scene.c[at][static_cast<std::size_t>(c)] += light.irradiance[c] * cap_zonal(l, light.angular_radius_rad) * y[at];
+        scene.c[at][static_cast<std::size_t>(c)] +=
+            light.irradiance[c] * cap_zonal(l, light.angular_radius_rad) * y[at];
   };
   for (int l = 0; l <= kMaxBand; ++l) add(l);
   for (const int l : kTailBands) add(l);
@@ -91,9 +94,12 @@ double true_error(const ref::Panorama& p, const RadianceSh& rest, std::span<cons
 }
 
 ref::Panorama sky_and_lamp() {
-  const ref::Panorama sky = ref::from_function(256, 128, [](const ref::V3& d) {
-    return ref::Rgb{d.y > 0 ? 2.0 : 0.3, d.y > 0 ? 2.5 : 0.3, d.y > 0 ? 4.0 : 0.2};
-  }, 4);
+  const ref::Panorama sky = ref::from_function(
+      256, 128,
+      [](const ref::V3& d) {
+        return ref::Rgb{d.y > 0 ? 2.0 : 0.3, d.y > 0 ? 2.5 : 0.3, d.y > 0 ? 4.0 : 0.2};
+      },
+      4);
   return ref::sum(sky, ref::disc_lamp(256, 128, ref::normalised({1, 2, 0.5}), 0.05, {300, 280, 200}));
 }
 
@@ -104,7 +110,8 @@ TEST(Chooser, StatesTheErrorOfStoppingAtEachBand) {
     const Answer answer = stop_at(band, scene, {});
     const double truth = true_error(p, answer.chosen.rest, {});
     // Parseval is exact for the bands looked at; above 12 a point's spectrum is taken, a few percent of the rest.
-    EXPECT_NEAR(stated(answer) / truth, 1, 0.05) << "band " << band << " stated " << stated(answer) << " true " << truth;
+    EXPECT_NEAR(stated(answer) / truth, 1, 0.05)
+        << "band " << band << " stated " << stated(answer) << " true " << truth;
   }
 }
 
@@ -128,8 +135,10 @@ TEST(Chooser, CountsWhatACapMissesOfItsLamp) {
     // The true error of the right cap is what floats leave, 1e-5.
     EXPECT_GT(error + 1e-4, 0.9 * truth);
     EXPECT_LT(error, 1.5 * truth + 1e-3);
-    if (before > 0) EXPECT_GT(error, before) << "a worse cap is a larger error";
-    else before = error;
+    if (before > 0)
+      EXPECT_GT(error, before) << "a worse cap is a larger error";
+    else
+      before = error;
   }
 }
 
@@ -185,7 +194,8 @@ TEST(Chooser, ABrighterSceneIsDescribedAlike) {
     Projection scene;
     for (std::size_t k = 0; k < 9; ++k)
       for (double& v : scene.c[k]) v = k == 0 ? 3 : 0.8 * std::sin(static_cast<double>(a) + 5 * static_cast<double>(k));
-    const std::vector<Light> found = {lamp({std::sin(7 * a), std::cos(11 * a), std::sin(3 * a + 1)}, 0.3F + 0.02F * a, 1)};
+    const std::vector<Light> found = {
+        lamp({std::sin(7 * a), std::cos(11 * a), std::sin(3 * a + 1)}, 0.3F + 0.02F * a, 1)};
     put(found[0], scene);
     const ChoiceLimits limits{.epsilon = 0.005 * (1 + i % 8)};
     Chooser first;
@@ -302,7 +312,8 @@ TEST(Chooser, LampsThatWereNotWorthFindingWouldNotHaveBeenSent) {
       light = lamp({normal(random), normal(random), normal(random)}, 3 * std::pow(uniform(random), 4.0F), 0);
       put(light, scene);
     }
-    std::sort(found.begin(), found.end(), [](const Light& a, const Light& b) { return a.irradiance.r > b.irradiance.r; });
+    std::sort(found.begin(), found.end(),
+              [](const Light& a, const Light& b) { return a.irradiance.r > b.irradiance.r; });
     for (std::size_t k = 0; k < found.size(); ++k) found[k].track = static_cast<std::uint32_t>(k + 1);
     const std::size_t brightest = static_cast<std::size_t>(i) % found.size();
     const ChoiceLimits limits{.epsilon = i % 2 == 0 ? 0.01 : 0.03};

@@ -1,12 +1,13 @@
 // One reading of irradiance tells what a clipped light gives: the solver by itself, against sums done by hand.
 #include "estimate/common/clipped_energy.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
-#include <lightwell/query.hpp>
 #include <numbers>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/query.hpp>
 
 namespace lightwell {
 namespace {
@@ -98,7 +99,8 @@ TEST(ClippedEnergy, ReadingsThatTellNothingAreRefused) {
   const double seen = reading(d, {0, 1, 0});
   EXPECT_EQ(recover(d, lights, {{0, 1, 0}, 0.9 * seen}, r), RecoveryFault::less_than_seen);
   EXPECT_EQ(r.count, 99U) << "a refusal changes nothing";
-  for (const RecoveryFault f : {RecoveryFault::no_reading, RecoveryFault::nothing_clipped, RecoveryFault::faces_away, RecoveryFault::less_than_seen}) {
+  for (const RecoveryFault f : {RecoveryFault::no_reading, RecoveryFault::nothing_clipped, RecoveryFault::faces_away,
+                                RecoveryFault::less_than_seen}) {
     EXPECT_FALSE(status_of(f).ok());
     EXPECT_FALSE(status_of(f).message().empty());
   }

@@ -79,7 +79,9 @@ class ClippedRecovery : public testing::Test {
   }
   RecoveryFault tell(const Descriptor& d, const RadianceOf& scene, Vec3d normal, double wrong_by = 1) {
     Recovery r;
-    const RecoveryFault fault = recover(d, estimator_->clipped_lights(), {vec_cast<float>(normalized(normal)), wrong_by * truth(scene, normalized(normal)).luminance()}, r);
+    const RecoveryFault fault =
+        recover(d, estimator_->clipped_lights(),
+                {vec_cast<float>(normalized(normal)), wrong_by * truth(scene, normalized(normal)).luminance()}, r);
     if (fault == RecoveryFault::none) estimator_->set_recovery(r);
     return fault;
   }
@@ -175,7 +177,8 @@ TEST_F(ClippedRecovery, AGreyPatchGivesItBackInEveryFrame) {
   int left = lens.width, right = 0, top = lens.height, bottom = 0;
   for (int y = 0; y < lens.height; ++y) {
     for (int x = 0; x < lens.width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
+      const std::size_t i =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
       const Vec3d d = vec_cast<double>(lens.direction[i]);
       if (!(lens.solid_angle[i] > 0) || !(d.y < -0.78 && d.y > -0.95 && d.z < -0.12 && std::abs(d.x) < 0.1)) continue;
       left = std::min(left, x), right = std::max(right, x), top = std::min(top, y), bottom = std::max(bottom, y);

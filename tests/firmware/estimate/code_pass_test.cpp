@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "firmware/estimate/each_target.hpp"
 #include "estimate/common/row_reader.hpp"
+#include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/oracle_cases.hpp"
 
 namespace lightwell::estimate {
@@ -25,8 +25,9 @@ using test::Truth;
 
 /// Of the largest coefficient, before the wire (HOUSE.md).
 constexpr double kHouse = 1e-5;
-/// Of codes: the table of linear values is rounded to half of 1/65535 of full scale, and these scenes' mean is a tenth of
-/// that, in pictures too small for all of it to average out. The figures measure the same at sizes that cameras have.
+/// Of codes: the table of linear values is rounded to half of 1/65535 of full scale, and these scenes' mean is a tenth
+/// of that, in pictures too small for all of it to average out. The figures measure the same at sizes that cameras
+/// have.
 constexpr double kCodes = 8e-5;
 
 struct Rig {
@@ -34,8 +35,8 @@ struct Rig {
   int width, height;
 };
 /// Sizes that blocks divide and sizes that they do not.
-constexpr Rig kEvenRigs[] = {{"pair", 160, 120},     {"pair", 226, 170},          {"single", 98, 74},
-                             {"equirect", 192, 96},  {"double_sphere", 150, 130}, {"equirect", 260, 130}};
+constexpr Rig kEvenRigs[] = {{"pair", 160, 120},    {"pair", 226, 170},          {"single", 98, 74},
+                             {"equirect", 192, 96}, {"double_sphere", 150, 130}, {"equirect", 260, 130}};
 constexpr Rig kOddRigs[] = {{"pair", 163, 121}, {"single", 97, 75}, {"equirect", 134, 67}, {"double_sphere", 129, 115}};
 constexpr int kEdges[] = {1, 2, 4, 8, 16};
 
@@ -49,7 +50,8 @@ std::vector<Rig> rigs_for(PixelFormat format) {
 /// Words of raw sensors are linear; floats are radiance.
 std::vector<Curve> curves_for(PixelFormat format) {
   if (format == PixelFormat::rgb_f32) return {Curve::linear};
-  if (format == PixelFormat::bayer_rggb10 || format == PixelFormat::bayer_rggb12) return {Curve::linear, Curve::linear_black};
+  if (format == PixelFormat::bayer_rggb10 || format == PixelFormat::bayer_rggb12)
+    return {Curve::linear, Curve::linear_black};
   return {std::begin(test::kCurves), std::end(test::kCurves)};
 }
 
@@ -92,10 +94,10 @@ struct Passes {
 
 /// How far blocks are from the oracle's.
 struct Off {
-  double sum = 0;                   ///< Of the largest sum of a block.
+  double sum = 0;                      ///< Of the largest sum of a block.
   double peak_low = 1, peak_high = 1;  ///< Over the true peak.
-  double moment = 0;                ///< Luminance times its offset in pixels, over the largest luminance of a block.
-  double noise = 1, clipped = 1;    ///< Over the true ones.
+  double moment = 0;                   ///< Luminance times its offset in pixels, over the largest luminance of a block.
+  double noise = 1, clipped = 1;       ///< Over the true ones.
 };
 
 Off off(const BlockSums& got, const Truth& truth) {
@@ -123,8 +125,8 @@ Off off(const BlockSums& got, const Truth& truth) {
   return out;
 }
 
-/// Sums of codes are integers and the same everywhere; what is made of them is rounded with products fused or not. What is
-/// not alike, and by how much; nothing where all is.
+/// Sums of codes are integers and the same everywhere; what is made of them is rounded with products fused or not. What
+/// is not alike, and by how much; nothing where all is.
 std::string unlike(const BlockSums& a, const BlockSums& b) {
   std::ostringstream out;
   const auto compare = [&](const char* what, double share, double least, auto&& of_a, auto&& of_b, std::size_t count) {
@@ -136,14 +138,19 @@ std::string unlike(const BlockSums& a, const BlockSums& b) {
     }
     if (!(apart <= share * largest)) out << what << " by " << apart << " of " << largest << "; ";
   };
-  const auto numbers = [&](const char* what, double share, double least, const std::vector<float>& x, const std::vector<float>& y) {
-    compare(what, share, least, [&](std::size_t i) { return x[i]; }, [&](std::size_t i) { return y[i]; }, x.size());
+  const auto numbers = [&](const char* what, double share, double least, const std::vector<float>& x,
+                           const std::vector<float>& y) {
+    compare(
+        what, share, least, [&](std::size_t i) { return x[i]; }, [&](std::size_t i) { return y[i]; }, x.size());
   };
   const auto colors = [&](const char* what, float CellSum::*c) {
-    compare(what, 1e-6, 0, [&](std::size_t i) { return a.sum[i].*c; }, [&](std::size_t i) { return b.sum[i].*c; }, a.sum.size());
+    compare(
+        what, 1e-6, 0, [&](std::size_t i) { return a.sum[i].*c; }, [&](std::size_t i) { return b.sum[i].*c; },
+        a.sum.size());
   };
   const auto total = [&](const char* what, double share, double x, double y) {
-    compare(what, share, 0, [&](std::size_t) { return x; }, [&](std::size_t) { return y; }, 1);
+    compare(
+        what, share, 0, [&](std::size_t) { return x; }, [&](std::size_t) { return y; }, 1);
   };
   colors("red", &CellSum::r);
   colors("green", &CellSum::g);
@@ -169,9 +176,9 @@ class EveryFormat : public testing::TestWithParam<PixelFormat> {
       OracleCase c(rig.kind, rig.width, rig.height, GetParam(), Curve::as_it_comes);
       for (const Curve curve : curves_for(GetParam())) {
         c.set_curve(curve);
-        const testing::ScopedTrace rig_trace(__FILE__, __LINE__,
-                                             testing::Message() << rig.kind << " " << rig.width << "x" << rig.height << ", "
-                                                                << test::to_string(curve));
+        const testing::ScopedTrace rig_trace(
+            __FILE__, __LINE__,
+            testing::Message() << rig.kind << " " << rig.width << "x" << rig.height << ", " << test::to_string(curve));
         check(c);
       }
     }
@@ -190,7 +197,8 @@ TEST_P(EveryFormat, PixelByPixelGivesTheCoefficientsOfTheOracleToTheHousePrecisi
       const BlockSums sums = passes.by_pixels(shot.frames);
       const Truth truth = c.truth(shot.frames, edge);
       const std::vector<reference::Rgb> coefficients = c.coefficients(truth, edge);
-      test::on_each_target([&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kHouse) << target; });
+      test::on_each_target(
+          [&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kHouse) << target; });
       // Floats: 2^-24 times the root of some hundred additions.
       const Off o = off(sums, truth);
       EXPECT_LT(o.sum, 1e-6);
@@ -216,7 +224,8 @@ TEST_P(EveryFormat, ABracketGivesTheCoefficientsOfTheOracleToTheHousePrecision) 
       const BlockSums sums = passes.by_pixels(shot.frames);
       const Truth truth = c.truth(shot.frames, edge);
       const std::vector<reference::Rgb> coefficients = c.coefficients(truth, edge);
-      test::on_each_target([&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kHouse) << target; });
+      test::on_each_target(
+          [&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kHouse) << target; });
       const Off o = off(sums, truth);
       EXPECT_LT(o.sum, 2e-6) << "weights of three exposures are divided too";
       EXPECT_NEAR(o.peak_low, 1, 2e-6);
@@ -344,8 +353,9 @@ TEST_P(EveryCodeFormat, ARigIsReadPixelByPixelWhereThePassOfCodesDoesNotReach) {
 }
 
 INSTANTIATE_TEST_SUITE_P(CodePass, EveryCodeFormat,
-                         testing::Values(PixelFormat::rgb8, PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8,
-                                         PixelFormat::bayer_rggb10, PixelFormat::bayer_rggb12),
+                         testing::Values(PixelFormat::rgb8, PixelFormat::nv12, PixelFormat::yuyv,
+                                         PixelFormat::bayer_rggb8, PixelFormat::bayer_rggb10,
+                                         PixelFormat::bayer_rggb12),
                          [](const auto& p) { return std::string(to_string(p.param)); });
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-
 #include <hwy/targets.h>
 
 namespace lightwell::test {

@@ -3,8 +3,9 @@
 #include <cstring>
 #include <limits>
 #include <numbers>
-#include <lightwell/codec.hpp>
 #include <random>
+
+#include <lightwell/codec.hpp>
 
 #include "scenes.hpp"
 
@@ -80,7 +81,11 @@ TEST(Extremes, NonsenseInOnePixelARowOrEverywhereIsReplacedAndFlagged) {
       }
     }
   }
-  EXPECT_FALSE(estimated(*estimator, picture_of(r, [](Vec3d) { return Radiance{1, 1, 1}; })).flags.any())
+  EXPECT_FALSE(estimated(*estimator, picture_of(r,
+                                                [](Vec3d) {
+                                                  return Radiance{1, 1, 1};
+                                                }))
+                   .flags.any())
       << "and forgets it with the next frame";
 }
 
@@ -204,8 +209,10 @@ TEST(Extremes, RandomPicturesNeverGiveNan) {
       for (float& v : lens) {
         const auto bits = static_cast<std::uint32_t>(random());
         // Any float at all, now and then; mostly light over twelve orders.
-        if (bits % 16 == 0) std::memcpy(&v, &bits, sizeof v);
-        else v = std::pow(10.0F, static_cast<float>(bits % 1200) / 100 - 6);
+        if (bits % 16 == 0)
+          std::memcpy(&v, &bits, sizeof v);
+        else
+          v = std::pow(10.0F, static_cast<float>(bits % 1200) / 100 - 6);
       }
     Descriptor d;
     const Status s = estimator->estimate(std::span(&p.frame, 1), d);

@@ -1,4 +1,6 @@
 // Rows of floats are added to the columns of a row of blocks, on every vector unit, at any alignment.
+#include "estimate/panorama/kernels/float_rows.hpp"
+
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -9,7 +11,6 @@
 
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
-#include "estimate/panorama/kernels/float_rows.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -48,7 +49,8 @@ class Row {
   }
   [[nodiscard]] float sr(std::size_t i) const { return solid_angle_[i]; }
   [[nodiscard]] bool add(float scale, float depth, Columns& to) const {
-    return add_float_row(reinterpret_cast<const std::byte*>(rgb_), solid_angle_, pixels_, scale, kBrightest, depth, to.out());
+    return add_float_row(reinterpret_cast<const std::byte*>(rgb_), solid_angle_, pixels_, scale, kBrightest, depth,
+                         to.out());
   }
 
  private:
@@ -71,19 +73,22 @@ TEST(FloatRows, AreAddedToTheColumnsAboveThem) {
           Columns got(pixels);
           for (std::size_t i = 0; i < pixels; ++i) {
             const auto v = static_cast<float>(i);
-            got.r.data()[i] = v, got.g.data()[i] = 2 * v, got.b.data()[i] = 3 * v, got.low.data()[i] = 4 * v, got.peak.data()[i] = v;
+            got.r.data()[i] = v, got.g.data()[i] = 2 * v, got.b.data()[i] = 3 * v, got.low.data()[i] = 4 * v,
+            got.peak.data()[i] = v;
           }
           ASSERT_TRUE(row.add(0.25F, 5, got));
           ASSERT_TRUE(got.guards_hold());
           for (std::size_t i = 0; i < pixels; ++i) {
-            const double c[3] = {0.25 * row.get(3 * i), 0.25 * row.get(3 * i + 1), 0.25 * row.get(3 * i + 2)}, a = row.sr(i);
+            const double c[3] = {0.25 * row.get(3 * i), 0.25 * row.get(3 * i + 1), 0.25 * row.get(3 * i + 2)},
+                         a = row.sr(i);
             const double luminance = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2], v = static_cast<double>(i);
             // A sum, its product and three of the luminance, each rounded to 24 bits.
             const auto near = [](double of) { return 8 * std::exp2(-24) * std::abs(of) + 1e-30; };
             ASSERT_NEAR(got.r[i], v + c[0] * a, near(v + c[0] * a)) << i << " of " << pixels;
             ASSERT_NEAR(got.g[i], 2 * v + c[1] * a, near(2 * v + c[1] * a)) << i << " of " << pixels;
             ASSERT_NEAR(got.b[i], 3 * v + c[2] * a, near(3 * v + c[2] * a)) << i << " of " << pixels;
-            ASSERT_NEAR(got.low[i], 4 * v + 5 * luminance * a, near(4 * v + 5 * luminance * a)) << i << " of " << pixels;
+            ASSERT_NEAR(got.low[i], 4 * v + 5 * luminance * a, near(4 * v + 5 * luminance * a))
+                << i << " of " << pixels;
             const double peak = std::max(v, a > 0 ? luminance : 0.0);
             ASSERT_NEAR(got.peak[i], peak, near(peak)) << i << " of " << pixels;
           }
@@ -104,7 +109,8 @@ TEST(FloatRows, WithNonsenseAnywhereAreLeftAlone) {
         Row row(pixels, true, 0, random);
         Columns got(pixels);
         for (std::size_t i = 0; i < pixels; ++i)
-          for (float* column : {got.r.data(), got.g.data(), got.b.data(), got.low.data(), got.peak.data()}) column[i] = 7;
+          for (float* column : {got.r.data(), got.g.data(), got.b.data(), got.low.data(), got.peak.data()})
+            column[i] = 7;
         row.set(at, nonsense[at % std::size(nonsense)]);
         ASSERT_FALSE(row.add(0.25F, 5, got)) << at << " of " << pixels;
         for (std::size_t i = 0; i < pixels; ++i)

@@ -25,7 +25,8 @@ sim::Panorama room() {
 
 std::vector<reference::Rgb> true_irradiance() {
   const sim::Panorama p = room();
-  return reference::irradiance_at({p.width, p.height, {p.rgb.begin(), p.rgb.end()}}, reference::fibonacci_normals(2048));
+  return reference::irradiance_at({p.width, p.height, {p.rgb.begin(), p.rgb.end()}},
+                                  reference::fibonacci_normals(2048));
 }
 
 struct Exposed {
@@ -50,7 +51,8 @@ Exposed expose(const RigParameters& rig, PixelFormat format, const std::vector<d
       std::vector<std::byte> pixels(sensor.bytes());
       sensor.develop(radiance[k], {exposures[e], 1, e, static_cast<int>(k)}, pixels);
       out.bytes.push_back(std::move(pixels));
-      frame.add_view({static_cast<int>(k), format, rig.lenses[k].width, rig.lenses[k].height, sensor.stride(), out.bytes.back()});
+      frame.add_view(
+          {static_cast<int>(k), format, rig.lenses[k].width, rig.lenses[k].height, sensor.stride(), out.bytes.back()});
     }
     out.frames.push_back(std::move(frame));
   }

@@ -1,14 +1,14 @@
 // Memory that vector kernels are tested with: who reads or writes beside what is theirs is caught.
 #pragma once
 
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <random>
+#include <unistd.h>
 #include <vector>
+
+#include <sys/mman.h>
 
 #include "estimate/panorama/kernels/lane_sums.hpp"
 
@@ -23,8 +23,7 @@ class Fenced {
  public:
   explicit Fenced(std::size_t room) : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
     room_ = (room + page_ - 1) / page_ * page_;
-    all_ = static_cast<std::uint8_t*>(
-        mmap(nullptr, room_ + 2 * page_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+    all_ = static_cast<std::uint8_t*>(mmap(nullptr, room_ + 2 * page_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
     if (all_ == MAP_FAILED || mprotect(all_ + page_, room_, PROT_READ | PROT_WRITE) != 0) std::abort();
   }
   Fenced(const Fenced&) = delete;

@@ -1,4 +1,6 @@
 // Sums down the rows of a block are what their header promises, on every vector unit, and look at nothing else.
+#include "estimate/panorama/kernels/lane_sums.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +11,6 @@
 
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
-#include "estimate/panorama/kernels/lane_sums.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -49,10 +50,10 @@ const std::uint8_t* put_weights(const Case& c, Fenced& memory, Random& random) {
   std::uint8_t* at = memory.place(bytes, c.at_the_end);
   for (std::size_t i = 0; i < bytes; ++i) {
     const auto any = static_cast<std::uint8_t>(random());
-    at[i] = c.weights == Weights::full                               ? 255
-            : c.weights == Weights::nothing                          ? 0
+    at[i] = c.weights == Weights::full                              ? 255
+            : c.weights == Weights::nothing                         ? 0
             : c.weights == Weights::with_holes && random() % 3 == 0 ? 0
-                                                                     : any;
+                                                                    : any;
   }
   return at;
 }

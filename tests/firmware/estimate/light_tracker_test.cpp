@@ -1,8 +1,8 @@
-#include <gtest/gtest.h>
+#include "estimate/common/light_tracker.hpp"
 
 #include <cmath>
 
-#include "estimate/common/light_tracker.hpp"
+#include <gtest/gtest.h>
 
 namespace lightwell::estimate {
 namespace {
@@ -10,7 +10,8 @@ namespace {
 Light towards(double azimuth_deg, double height = 0) {
   const double a = azimuth_deg * 3.14159265358979 / 180;
   Light l;
-  l.direction = normalized(Vec3f{static_cast<float>(std::sin(a)), static_cast<float>(height), static_cast<float>(-std::cos(a))});
+  l.direction =
+      normalized(Vec3f{static_cast<float>(std::sin(a)), static_cast<float>(height), static_cast<float>(-std::cos(a))});
   return l;
 }
 

@@ -28,8 +28,12 @@ void put_response(Curve curve, PhotometricCalibration& p) {
   switch (curve) {
     case Curve::as_it_comes:
     case Curve::linear:
-    case Curve::linear_black: p.response.kind = ResponseCurve::Kind::linear; return;
-    case Curve::srgb: p.response.kind = ResponseCurve::Kind::srgb; return;
+    case Curve::linear_black:
+      p.response.kind = ResponseCurve::Kind::linear;
+      return;
+    case Curve::srgb:
+      p.response.kind = ResponseCurve::Kind::srgb;
+      return;
     case Curve::gamma:
       p.response.kind = ResponseCurve::Kind::gamma;
       p.response.gamma = 2.2;
@@ -47,8 +51,8 @@ reference::Sensor sensor_of(const PhotometricCalibration& p) {
   reference::Sensor s;
   using Kind = ResponseCurve::Kind;
   const auto kind = p.response.kind;
-  s.curve = kind == Kind::linear ? reference::Sensor::Curve::linear
-            : kind == Kind::srgb ? reference::Sensor::Curve::srgb
+  s.curve = kind == Kind::linear  ? reference::Sensor::Curve::linear
+            : kind == Kind::srgb  ? reference::Sensor::Curve::srgb
             : kind == Kind::gamma ? reference::Sensor::Curve::gamma
                                   : reference::Sensor::Curve::table;
   s.gamma = p.response.gamma;
@@ -139,19 +143,22 @@ class Writer {
 /// What proto says that a pixel of a picture holds.
 Codes codes_at(const View& v, int x, int y) {
   const auto byte = [&](int row, int column) {
-    return std::to_integer<unsigned>(v.data[static_cast<std::size_t>(row) * v.stride + static_cast<std::size_t>(column)]);
+    return std::to_integer<unsigned>(
+        v.data[static_cast<std::size_t>(row) * v.stride + static_cast<std::size_t>(column)]);
   };
   const auto ycbcr = [](unsigned l, unsigned cb, unsigned cr) {
     const auto c = rgb8_of_ycbcr601(static_cast<int>(l), static_cast<int>(cb), static_cast<int>(cr));
     return Codes{c[0], c[1], c[1], c[2], std::max({c[0], c[1], c[2]})};
   };
   switch (v.format) {
-    case PixelFormat::rgb8: return {byte(y, 3 * x), byte(y, 3 * x + 1), byte(y, 3 * x + 1), byte(y, 3 * x + 2)};
+    case PixelFormat::rgb8:
+      return {byte(y, 3 * x), byte(y, 3 * x + 1), byte(y, 3 * x + 1), byte(y, 3 * x + 2)};
     case PixelFormat::nv12:
     case PixelFormat::yuyv: {
       const bool quads = v.format == PixelFormat::nv12;
       const auto pixel = [&](int px, int py) {
-        if (quads) return ycbcr(byte(py, px), byte(v.height + py / 2, px / 2 * 2), byte(v.height + py / 2, px / 2 * 2 + 1));
+        if (quads)
+          return ycbcr(byte(py, px), byte(v.height + py / 2, px / 2 * 2), byte(v.height + py / 2, px / 2 * 2 + 1));
         return ycbcr(byte(py, 2 * px), byte(py, px / 2 * 4 + 1), byte(py, px / 2 * 4 + 3));
       };
       Codes codes = pixel(x, y);
@@ -159,7 +166,8 @@ Codes codes_at(const View& v, int x, int y) {
         for (int px = x / 2 * 2; px < x / 2 * 2 + 2; ++px) codes.beside = std::max(codes.beside, pixel(px, py).beside);
       return codes;
     }
-    default: break;
+    default:
+      break;
   }
   const auto site = [&](int dx, int dy) {
     const int column = x / 2 * 2 + dx, row = y / 2 * 2 + dy;
@@ -172,7 +180,8 @@ Codes codes_at(const View& v, int x, int y) {
 
 float float_at(const View& v, int x, int y, int c) {
   float value;
-  std::memcpy(&value, v.data.data() + static_cast<std::size_t>(y) * v.stride + static_cast<std::size_t>(12 * x + 4 * c), 4);
+  std::memcpy(&value, v.data.data() + static_cast<std::size_t>(y) * v.stride + static_cast<std::size_t>(12 * x + 4 * c),
+              4);
   return value;
 }
 
@@ -180,17 +189,24 @@ float float_at(const View& v, int x, int y, int c) {
 
 std::string_view to_string(Curve curve) {
   switch (curve) {
-    case Curve::as_it_comes: return "as it comes";
-    case Curve::linear: return "linear";
-    case Curve::srgb: return "sRGB";
-    case Curve::gamma: return "gamma 2.2";
-    case Curve::table: return "table";
-    case Curve::linear_black: return "linear with black level";
+    case Curve::as_it_comes:
+      return "as it comes";
+    case Curve::linear:
+      return "linear";
+    case Curve::srgb:
+      return "sRGB";
+    case Curve::gamma:
+      return "gamma 2.2";
+    case Curve::table:
+      return "table";
+    case Curve::linear_black:
+      return "linear with black level";
   }
   return "";
 }
 
-OracleCase::OracleCase(std::string_view kind, int width, int height, PixelFormat format, Curve curve) : format_(format) {
+OracleCase::OracleCase(std::string_view kind, int width, int height, PixelFormat format, Curve curve)
+    : format_(format) {
   Result<RigParameters> rig = sim::make_rig(kind, width, height, format);
   if (!rig) std::abort();
   rig_ = std::move(*rig);
@@ -242,11 +258,13 @@ Shot OracleCase::shoot(const reference::RandomScene& scene, std::span<const doub
       const LensParameters& lens = rig_.lenses[k];
       const PhotometricCalibration& p = lens.photometry;
       const std::size_t stride = packed_stride(format_, lens.width) + padding * pixel_alignment(format_);
-      std::vector<std::byte>& bytes = out.pictures.emplace_back(picture_bytes(format_, stride, lens.height), std::byte{0xEE});
+      std::vector<std::byte>& bytes =
+          out.pictures.emplace_back(picture_bytes(format_, stride, lens.height), std::byte{0xEE});
       if (format_ == PixelFormat::rgb_f32) {
         frame.info.exposure_s = exposure;
         for (std::size_t i = 0; i < linear[k].size(); ++i) {
-          const std::size_t at = i / static_cast<std::size_t>(lens.width) * stride + i % static_cast<std::size_t>(lens.width) * 12;
+          const std::size_t at =
+              i / static_cast<std::size_t>(lens.width) * stride + i % static_cast<std::size_t>(lens.width) * 12;
           for (std::size_t c = 0; c < 3; ++c) {
             const auto v = static_cast<float>(linear[k][i][c] * exposure);
             std::memcpy(bytes.data() + at + 4 * c, &v, 4);
@@ -300,7 +318,8 @@ Truth OracleCase::truth(std::span<const Frame> bracket, int edge) const {
       for (int y = 0; y < lens.height; ++y) {
         for (int x = 0; x < lens.width; ++x) {
           reference::PixelLight& p = light.emplace_back();
-          for (int c = 0; c < 3; ++c) p.radiance[static_cast<std::size_t>(c)] = float_at(v, x, y, c) / bracket[0].info.exposure_s;
+          for (int c = 0; c < 3; ++c)
+            p.radiance[static_cast<std::size_t>(c)] = float_at(v, x, y, c) / bracket[0].info.exposure_s;
         }
       }
     } else {
@@ -330,7 +349,8 @@ std::vector<reference::Rgb> OracleCase::coefficients(const Truth& truth, int edg
     solid_angle.push_back(b.solid_angle);
     sums.push_back(b.sum);
   }
-  return reference::cell_coefficients(g.means, estimate::kTailBands.back(), solid_angle, sums, g.grid.fitted() ? kMaxBand : -1);
+  return reference::cell_coefficients(g.means, estimate::kTailBands.back(), solid_angle, sums,
+                                      g.grid.fitted() ? kMaxBand : -1);
 }
 
 double deviation(const estimate::Projection& got, std::span<const reference::Rgb> truth) {

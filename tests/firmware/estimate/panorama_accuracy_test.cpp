@@ -1,7 +1,8 @@
 // The promise of accuracy on the eight real panoramas of blender-data, through the ideal sensor of a back-to-back pair.
+#include <cmath>
+
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <lightwell/codec.hpp>
 
 #include "reference/bright_region.hpp"
@@ -34,7 +35,8 @@ class RealPanoramas : public testing::TestWithParam<const char*> {
       p.pixels.push_back(sim::render_radiance(scene, scene.state_at(0), lens, sim::samples_for(lens, panorama_)));
     for (std::size_t k = 0; k < rig.lenses.size(); ++k)
       p.frame.add_view({static_cast<int>(k), PixelFormat::rgb_f32, rig.lenses[k].width, rig.lenses[k].height,
-                        packed_stride(PixelFormat::rgb_f32, rig.lenses[k].width), std::as_bytes(std::span(p.pixels[k]))});
+                        packed_stride(PixelFormat::rgb_f32, rig.lenses[k].width),
+                        std::as_bytes(std::span(p.pixels[k]))});
     return estimated(*estimator_of(rig), p);
   }
 
@@ -59,7 +61,8 @@ class RealPanoramas : public testing::TestWithParam<const char*> {
     if (brightest->peak_to_mean <= 100) return;
     double nearest = 180;
     for (const Light& l : d->lights)
-      nearest = std::min(nearest, degrees_between(l.direction, {brightest->direction.x, brightest->direction.y, brightest->direction.z}));
+      nearest = std::min(nearest, degrees_between(l.direction, {brightest->direction.x, brightest->direction.y,
+                                                                brightest->direction.z}));
     EXPECT_LE(nearest, 0.5) << "degrees from the brightest region";
   }
 
@@ -81,7 +84,8 @@ TEST_P(RealPanoramas, AsTheEquirectangularPictureItself) {
 }
 
 INSTANTIATE_TEST_SUITE_P(BlenderData, RealPanoramas,
-                         testing::Values("city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset"),
+                         testing::Values("city", "courtyard", "forest", "interior", "night", "studio", "sunrise",
+                                         "sunset"),
                          [](const auto& p) { return std::string(p.param); });
 
 }  // namespace

@@ -34,10 +34,9 @@ TEST(PanoramaEstimator, GivesBackEverySingleHarmonicUpToItsBand) {
   for (int i = 0; i < sh_count(6); ++i) {
     // A pedestal keeps radiance positive: |Y| stays below 2 up to band 6.
     const Descriptor d = estimated(*estimator, picture_of(rig, [i](Vec3d p) {
-                                     const auto y = static_cast<float>(
-                                         reference::harmonics({p.x, p.y, p.z}, 6)[static_cast<std::size_t>(i)]);
-                                     return Radiance{2 + y, 2, 2 - y};
-                                   }));
+      const auto y = static_cast<float>(reference::harmonics({p.x, p.y, p.z}, 6)[static_cast<std::size_t>(i)]);
+      return Radiance{2 + y, 2, 2 - y};
+    }));
     const double pedestal = 2 * std::sqrt(4 * std::numbers::pi);
     for (int j = 0; j < sh_count(6); ++j) {
       const double base = j == 0 ? pedestal : 0, own = i == j ? 1 : 0;
@@ -68,8 +67,8 @@ TEST(PanoramaEstimator, FindsALampWhereverItStands) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);
   // Poles, axes, the ring where both lenses see, between.
-  const Vec3d places[] = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 0, -1}, {0, 0, 1},
-                          {1, 0, -0.04}, {1, 1, 0.03}, {-0.5, 0.2, 0.7}, {0.3, -0.6, -0.9}};
+  const Vec3d places[] = {{0, 1, 0}, {0, -1, 0},    {1, 0, 0},    {-1, 0, 0},       {0, 0, -1},
+                          {0, 0, 1}, {1, 0, -0.04}, {1, 1, 0.03}, {-0.5, 0.2, 0.7}, {0.3, -0.6, -0.9}};
   const double rho = 0.05;
   for (const Vec3d& place : places) {
     const Vec3d axis = normalized(place);
@@ -110,16 +109,17 @@ TEST(PanoramaEstimator, TurningTheRigTurnsTheAnswer) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);
   const Descriptor still = estimated(*estimator, picture_of(rig, scene));
-  for (const Quat& q : {Quat::about({0, 1, 0}, 1.1), Quat::about({1, 0, 0}, -0.6),
-                        Quat::about(normalized(Vec3d{1, 1, -2}), 2.2)}) {
+  for (const Quat& q :
+       {Quat::about({0, 1, 0}, 1.1), Quat::about({1, 0, 0}, -0.6), Quat::about(normalized(Vec3d{1, 1, -2}), 2.2)}) {
     // q takes world to probe: the probe sees at d what the world has at q^-1 d.
-    const Descriptor turned = estimated(*estimator, picture_of(rig, [&](Vec3d d) { return scene(rotate(q.inverse(), d)); }));
+    const Descriptor turned =
+        estimated(*estimator, picture_of(rig, [&](Vec3d d) { return scene(rotate(q.inverse(), d)); }));
     ASSERT_FALSE(turned.lights.empty());
-    // Three tenths of this rig's pixel of one degree: pixels at half the peak of a glow fall in or out as the grid lies.
+    // Three tenths of this rig's pixel of one degree: pixels at half the peak of a glow fall in or out as the grid
+    // lies.
     EXPECT_LT(degrees_between(turned.lights[0].direction, rotate(q, vec_cast<double>(still.lights[0].direction))), 0.3);
-    const double error = error_of(turned, [&](Vec3d n) {
-      return irradiance_at(still, vec_cast<float>(rotate(q.inverse(), n)));
-    });
+    const double error =
+        error_of(turned, [&](Vec3d n) { return irradiance_at(still, vec_cast<float>(rotate(q.inverse(), n))); });
     // Both are within their bounds of the same truth.
     EXPECT_LT(error, still.bound.total + turned.bound.total);
   }
@@ -153,7 +153,8 @@ TEST(PanoramaEstimator, RefusesFramesThatAreNotOfItsRigSayingWhatIsWrong) {
   EXPECT_NE(refusal([](View& v, FrameInfo&) { v.lens = 0; }).find("twice"), std::string::npos);
   EXPECT_NE(refusal([](View& v, FrameInfo&) { v.lens += 1; }).find("lens 2"), std::string::npos);
   EXPECT_NE(refusal([](View& v, FrameInfo&) { v.data = v.data.first(100); }).find("shorter"), std::string::npos);
-  for (const double exposure : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
+  for (const double exposure :
+       {0.0, -1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
     EXPECT_NE(refusal([&](View&, FrameInfo& i) { i.exposure_s = exposure; }).find("exposure_s"), std::string::npos);
   EXPECT_FALSE(estimator->estimate({}, d).ok());
   const Picture good = picture_of(rig, [](Vec3d) { return Radiance{1, 1, 1}; });
@@ -202,7 +203,8 @@ TEST(PanoramaEstimator, ScalesEverythingAlikeAndSaysTheUnits) {
   const Descriptor absolute = estimated(*estimator, p);
   EXPECT_EQ(absolute.units, Units::absolute);
   EXPECT_NEAR(absolute.radiance.c[0].r, 50 * relative.radiance.c[0].r, 1e-4 * absolute.radiance.c[0].r);
-  EXPECT_NEAR(absolute.lights[0].irradiance.g, 50 * relative.lights[0].irradiance.g, 1e-4 * absolute.lights[0].irradiance.g);
+  EXPECT_NEAR(absolute.lights[0].irradiance.g, 50 * relative.lights[0].irradiance.g,
+              1e-4 * absolute.lights[0].irradiance.g);
   EXPECT_NEAR(absolute.bound.total, relative.bound.total, 1e-4);
 }
 

@@ -1,4 +1,6 @@
 // Light from single directions goes into every function as the oracle's harmonics say, on every vector unit.
+#include "estimate/common/kernels/point_rows.hpp"
+
 #include <cmath>
 #include <limits>
 #include <random>
@@ -6,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include "firmware/estimate/each_target.hpp"
-#include "estimate/common/kernels/point_rows.hpp"
 #include "reference/harmonics.hpp"
 
 namespace lightwell::estimate {
@@ -34,8 +35,10 @@ TEST(PointRows, AreTheOraclesHarmonicsAtEveryDirectionPolesIncluded) {
         for (std::size_t i = 0; i < kRowCount; ++i) truth[c][i] = got[c][i] = static_cast<float>(normal(random));
       for (std::size_t k = 0; k < LightPoints::kMost; ++k) {
         Vec3d d = normalized(Vec3d{normal(random), normal(random), normal(random)});
-        if (k < 6) d = Vec3d{k / 2 == 0 ? 1.0 : 0, k / 2 == 1 ? 1.0 : 0, k / 2 == 2 ? 1.0 : 0} * (k % 2 == 0 ? 1.0 : -1.0);
-        points.x[k] = static_cast<float>(d.x), points.y[k] = static_cast<float>(d.y), points.z[k] = static_cast<float>(d.z);
+        if (k < 6)
+          d = Vec3d{k / 2 == 0 ? 1.0 : 0, k / 2 == 1 ? 1.0 : 0, k / 2 == 2 ? 1.0 : 0} * (k % 2 == 0 ? 1.0 : -1.0);
+        points.x[k] = static_cast<float>(d.x), points.y[k] = static_cast<float>(d.y),
+        points.z[k] = static_cast<float>(d.z);
         float* light[] = {&points.r[k], &points.g[k], &points.b[k]};
         for (float* v : light) *v = std::exp(static_cast<float>(normal(random)));
         if (k >= count) {

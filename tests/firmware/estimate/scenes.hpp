@@ -1,14 +1,15 @@
 // Pictures of analytic scenes and what an estimator makes of them.
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <vector>
+
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <lightwell/calibration.hpp>
 #include <lightwell/descriptor.hpp>
 #include <lightwell/query.hpp>
-#include <memory>
-#include <vector>
 
 #include "calibration/lens_table.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"

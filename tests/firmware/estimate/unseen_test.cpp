@@ -43,7 +43,12 @@ double lit(const Descriptor& d, Vec3d normal) { return irradiance_at(d, vec_cast
 
 TEST(Unseen, NothingInItsPlaceIsDark) {
   const RigParameters rig = rig_of("single", 240, 180);
-  const Descriptor d = estimated(rig, [](Vec3d) { return Radiance{1, 1, 1}; }, filled_by(UnseenFill::none));
+  const Descriptor d = estimated(
+      rig,
+      [](Vec3d) {
+        return Radiance{1, 1, 1};
+      },
+      filled_by(UnseenFill::none));
   const Vec3d axis = axis_of(rig);
   EXPECT_TRUE(d.flags.has(Flag::unseen));
   EXPECT_FALSE(d.flags.has(Flag::filled));
@@ -63,8 +68,8 @@ TEST(Unseen, AMirrorGivesASymmetricRoomBack) {
   const Descriptor d = estimated(rig, room, filled_by(UnseenFill::mirror));
   EXPECT_TRUE(d.flags.has(Flag::unseen) && d.flags.has(Flag::filled));
   EXPECT_TRUE(std::isinf(d.bound.total)) << "what was never seen cannot be bounded";
-  // Irradiance of z² at the pole: 2 pi times the integral of c³ from 0 to 1, pi / 2. The mirror stands at 95 degrees, not
-  // at 90: what lies behind it is the room up to 10 degrees off.
+  // Irradiance of z² at the pole: 2 pi times the integral of c³ from 0 to 1, pi / 2. The mirror stands at 95 degrees,
+  // not at 90: what lies behind it is the room up to 10 degrees off.
   EXPECT_NEAR(lit(d, axis), 1.5 * std::numbers::pi, 0.05 * 1.5 * std::numbers::pi);
   EXPECT_NEAR(lit(d, -axis), lit(d, axis), 0.05 * lit(d, axis));
 }

@@ -1,4 +1,6 @@
 // The kernel of projection adds to within the rounding of floats, on every vector unit.
+#include "estimate/common/kernels/weighted_rows.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,7 +10,6 @@
 
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
-#include "estimate/common/kernels/weighted_rows.hpp"
 
 namespace lightwell::estimate {
 namespace {

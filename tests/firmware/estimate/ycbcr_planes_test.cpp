@@ -1,13 +1,15 @@
 // YCbCr becomes the codes that rgb8_of_ycbcr601() says, on every vector unit.
+#include "estimate/panorama/kernels/ycbcr_planes.hpp"
+
 #include <array>
 #include <cstdint>
-#include <lightwell/pixel.hpp>
 
 #include <gtest/gtest.h>
 
+#include <lightwell/pixel.hpp>
+
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
-#include "estimate/panorama/kernels/ycbcr_planes.hpp"
 
 namespace lightwell::estimate {
 namespace {

@@ -17,8 +17,7 @@ std::string text_of_buffer(const grpc::ByteBuffer& buffer) {
   std::vector<grpc::Slice> slices;
   if (!buffer.Dump(&slices).ok()) return {};
   std::string out;
-  for (const grpc::Slice& s : slices)
-    out.append(reinterpret_cast<const char*>(s.begin()), s.size());
+  for (const grpc::Slice& s : slices) out.append(reinterpret_cast<const char*>(s.begin()), s.size());
   return out;
 }
 
@@ -28,12 +27,9 @@ std::chrono::system_clock::time_point after(std::chrono::milliseconds patience) 
 
 }  // namespace
 
-std::string host_port(const Link& link) {
-  return link.address().substr(link.address().find("://") + 3);
-}
+std::string host_port(const Link& link) { return link.address().substr(link.address().find("://") + 3); }
 
-std::shared_ptr<grpc::Channel> connect(
-    const Link& link, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
+std::shared_ptr<grpc::Channel> connect(const Link& link, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   grpc::ChannelArguments arguments;
   // Of every probe's own certificate; nothing to those that use no TLS.
   arguments.SetSslTargetNameOverride("probe.lightwell.internal");
@@ -45,8 +41,8 @@ std::shared_ptr<grpc::Channel> connect(
   return grpc::CreateCustomChannel(host_port(link), credentials, arguments);
 }
 
-Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-           const std::string& request, const std::string& authorization) {
+Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method, const std::string& request,
+           const std::string& authorization) {
   grpc::GenericStub stub(channel);
   grpc::CompletionQueue queue;
   grpc::ClientContext context;
@@ -65,8 +61,7 @@ Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& met
   return reply;
 }
 
-RawStream::RawStream(std::shared_ptr<grpc::Channel> channel, const std::string& method,
-                     const std::string& request)
+RawStream::RawStream(std::shared_ptr<grpc::Channel> channel, const std::string& method, const std::string& request)
     : stub_(std::move(channel)) {
   bool ok = false;
   call_ = stub_.PrepareCall(&context_, method, &queue_);

@@ -18,8 +18,8 @@ namespace lightwell::test {
 
 /// A connection of its own: gRPC would let channels to one address share one.
 [[nodiscard]] std::shared_ptr<grpc::Channel> connect(
-    const Link& link, const std::shared_ptr<grpc::ChannelCredentials>& credentials =
-                          grpc::InsecureChannelCredentials());
+    const Link& link,
+    const std::shared_ptr<grpc::ChannelCredentials>& credentials = grpc::InsecureChannelCredentials());
 
 /// "127.0.0.1:7420" of a link's address.
 [[nodiscard]] std::string host_port(const Link& link);
@@ -38,8 +38,8 @@ class RawStream {
  public:
   static constexpr const char* kDescriptors = "/lightwell.v1.ProbeService/StreamDescriptors";
 
-  explicit RawStream(std::shared_ptr<grpc::Channel> channel,
-                     const std::string& method = kDescriptors, const std::string& request = {});
+  explicit RawStream(std::shared_ptr<grpc::Channel> channel, const std::string& method = kDescriptors,
+                     const std::string& request = {});
   RawStream(const RawStream&) = delete;
   RawStream& operator=(const RawStream&) = delete;
   /// Cancels.

@@ -112,9 +112,8 @@ TEST_F(GrpcClientsTest, ConnectionsThatAreNoClientsDisturbNobody) {
   ASSERT_TRUE(clients_become(1));
   const std::string preface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
   const std::string settings("\x00\x00\x00\x04\x00\x00\x00\x00\x00", 9);
-  for (const std::string& bytes :
-       {std::string(), std::string("GET / HTTP/1.0\r\n\r\n"), std::string(100'000, '\xff'),
-        preface.substr(0, 12), preface, preface + settings + std::string(500, '\xee')}) {
+  for (const std::string& bytes : {std::string(), std::string("GET / HTTP/1.0\r\n\r\n"), std::string(100'000, '\xff'),
+                                   preface.substr(0, 12), preface, preface + settings + std::string(500, '\xee')}) {
     {
       const Intruder open_for_a_while(*link_, bytes), one_more(*link_, bytes);
       ASSERT_NO_FATAL_FAILURE(reaches(reader, 5));

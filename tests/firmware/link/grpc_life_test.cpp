@@ -41,8 +41,8 @@ TEST_F(GrpcLifeTest, TheSecondLinkOnAPortIsRefusedWithAddressAndRemedy) {
 }
 
 TEST_F(GrpcLifeTest, AMalformedAddressIsRefused) {
-  for (const std::string listen : {"", "127.0.0.1", "127.0.0.1:port", "127.0.0.1:99999", "[::1:80",
-                                   "256.256.256.256:80", "192.0.2.1:7420"}) {
+  for (const std::string listen :
+       {"", "127.0.0.1", "127.0.0.1:port", "127.0.0.1:99999", "[::1:80", "256.256.256.256:80", "192.0.2.1:7420"}) {
     const std::unique_ptr<Link> link = make_grpc_link({.listen = listen}, "attic", commands_);
     const Status s = link->start();
     EXPECT_FALSE(s.ok()) << listen << " became " << link->address();

@@ -51,8 +51,7 @@ class GrpcServiceTest : public GrpcLinkTest {
 /// Of grpc.health.v1: request { string service = 1; }, response { enum status = 1; }, SERVING = 1.
 Reply health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
   std::string request;
-  if (!service.empty())
-    request = "\x0a" + std::string(1, static_cast<char>(service.size())) + service;
+  if (!service.empty()) request = "\x0a" + std::string(1, static_cast<char>(service.size())) + service;
   return call(channel, "/grpc.health.v1.Health/Check", request);
 }
 
@@ -62,8 +61,7 @@ TEST_F(GrpcServiceTest, HealthIsServing) {
     EXPECT_TRUE(reply.status.ok()) << reply.status.error_message();
     EXPECT_EQ(reply.bytes, "\x08\x01") << "'" << service << "'";
   }
-  EXPECT_EQ(health(channel_, "lightwell.v1.Sundial").status.error_code(),
-            grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(health(channel_, "lightwell.v1.Sundial").status.error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
 TEST_F(GrpcServiceTest, ReflectionListsTheService) {
@@ -121,8 +119,7 @@ TEST_F(GrpcServiceTest, EveryStreamGetsTheSameBytes) {
   for (int i = 0; i < 20; ++i) {
     const EncodedDescriptor sent = message(i, static_cast<std::size_t>(20 + 100 * i));
     link_->publish(sent);
-    for (RawStream* stream : {&one, &other, &third})
-      EXPECT_EQ(stream->next(), text_of(sent)) << "message " << i;
+    for (RawStream* stream : {&one, &other, &third}) EXPECT_EQ(stream->next(), text_of(sent)) << "message " << i;
   }
   EXPECT_EQ(link_->counters().coalesced, 0U);
 }

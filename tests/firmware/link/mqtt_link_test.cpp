@@ -108,7 +108,8 @@ TEST_F(MqttLinkTest, ARequestThatWouldMakeItWriteElsewhereIsRefusedAndCounted) {
   client.publish({kTopics.clock, "", false, reply, std::string(65, 'x')});   // too much of it
   client.publish({kTopics.clock, std::string(65, 'x'), false, reply, "x"});  // a payload that is no question
   client.publish({kTopics.clock, "", false, "", "x"});                       // nowhere to answer
-  EXPECT_TRUE(comes_true("all are counted", [&] { return link->counters().messages_refused == 7; })) << link->counters().messages_refused;
+  EXPECT_TRUE(comes_true("all are counted", [&] { return link->counters().messages_refused == 7; }))
+      << link->counters().messages_refused;
   client.publish({kTopics.clock, "", false, reply, "x"});
   EXPECT_TRUE(client.newest(reply)) << "it goes on answering who asks well";
   EXPECT_EQ(client.count("other/topic"), 0U);

@@ -1,11 +1,13 @@
-// What FunctionFS is told, read as the kernel reads it (drivers/usb/gadget/function/f_fs.c checks what is checked here).
-#include <gtest/gtest.h>
-
+// What FunctionFS is told, read as the kernel reads it (drivers/usb/gadget/function/f_fs.c checks what is checked
+// here).
 #include <cstdint>
-#include <lightwell/usb_ids.hpp>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
+
+#include <lightwell/usb_ids.hpp>
 
 #include "link/usb_gadget/ffs_descriptors.hpp"
 

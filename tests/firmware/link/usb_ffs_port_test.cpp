@@ -1,16 +1,15 @@
 // The port on FunctionFS, without a controller: its files are sockets and plain files, its transfers the kernel's own.
-#include <fcntl.h>
-#include <linux/usb/functionfs.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <thread>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
+#include <linux/usb/functionfs.h>
+#include <sys/socket.h>
 
 #include "link/usb_gadget/ffs_descriptors.hpp"
 #include "link/usb_gadget/ffs_port.hpp"

@@ -1,4 +1,6 @@
 // The gadget's link on a port that does exactly what a test says.
+#include "link/usb_gadget/usb_gadget_link.hpp"
+
 #include <cerrno>
 #include <condition_variable>
 #include <deque>
@@ -8,7 +10,6 @@
 
 #include <lightwell/link_message.hpp>
 
-#include "link/usb_gadget/usb_gadget_link.hpp"
 #include "support/fake_commands.hpp"
 #include "support/wait.hpp"
 
@@ -278,8 +279,9 @@ TEST_F(UsbGadgetLinkTest, AHostThatAsksWithoutReadingDoesNotFillTheProbe) {
 
 TEST_F(UsbGadgetLinkTest, AHostThatAsksNoMoreGetsNoMore) {
   host_comes();
-  EXPECT_TRUE(comes_true("it is forgotten", [&] { return link_->counters().clients == 0; },
-                         std::chrono::milliseconds(kListening.ns / 1'000'000 + 20'000)));
+  EXPECT_TRUE(comes_true(
+      "it is forgotten", [&] { return link_->counters().clients == 0; },
+      std::chrono::milliseconds(kListening.ns / 1'000'000 + 20'000)));
   link_->publish(descriptor(1));
   EXPECT_EQ(link_->usb_counters().unheard, 1U);
 }

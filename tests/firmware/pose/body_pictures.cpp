@@ -19,11 +19,13 @@ std::vector<float> clutter_of(int width, int height, std::uint64_t seed) {
     for (int x = 0; x < width; ++x)
       out[static_cast<std::size_t>(y * width + x)] = static_cast<float>(0.15 + 0.2 * x / width + 0.1 * y / height);
   for (int i = 0; i < 150; ++i) {
-    const int w = static_cast<int>(8 + 150 * std::pow(unit(random), 2)), h = static_cast<int>(8 + 150 * std::pow(unit(random), 2));
+    const int w = static_cast<int>(8 + 150 * std::pow(unit(random), 2)),
+              h = static_cast<int>(8 + 150 * std::pow(unit(random), 2));
     const int x0 = static_cast<int>(unit(random) * width) - w / 2, y0 = static_cast<int>(unit(random) * height) - h / 2;
     const auto value = static_cast<float>(0.03 + 0.6 * unit(random));
     for (int y = std::max(0, y0); y < std::min(height, y0 + h); ++y)
-      for (int x = std::max(0, x0); x < std::min(width, x0 + w); ++x) out[static_cast<std::size_t>(y * width + x)] = value;
+      for (int x = std::max(0, x0); x < std::min(width, x0 + w); ++x)
+        out[static_cast<std::size_t>(y * width + x)] = value;
   }
   return out;
 }
@@ -46,7 +48,8 @@ void blur(std::vector<float>& picture, int width, int height, double sigma) {
       for (int i = 0; i < length; ++i) {
         float mean = 0;
         for (int j = -reach; j <= reach; ++j)
-          mean += kernel[static_cast<std::size_t>(j + reach)] * line[static_cast<std::size_t>(std::clamp(i + j, 0, length - 1))];
+          mean += kernel[static_cast<std::size_t>(j + reach)] *
+                  line[static_cast<std::size_t>(std::clamp(i + j, 0, length - 1))];
         first[static_cast<std::ptrdiff_t>(i) * step] = mean / sum;
       }
     }

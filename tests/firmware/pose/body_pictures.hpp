@@ -15,9 +15,9 @@ struct BodyShot {
   Pose probe_body;
   /// Where the body is when the shutter closes, had it been at probe_body when it opened.
   std::optional<Pose> closing;
-  double blur_px = 0.6;         ///< Of the lens, standard deviation.
-  double exposure = 1;          ///< 1: the brightest face is at 0.7 of full scale.
-  double electrons = 10'000;    ///< Of full scale, exposure 1.
+  double blur_px = 0.6;       ///< Of the lens, standard deviation.
+  double exposure = 1;        ///< 1: the brightest face is at 0.7 of full scale.
+  double electrons = 10'000;  ///< Of full scale, exposure 1.
   double read_noise_electrons = 3;
   bool mirrored = false;
   std::optional<reference::SphereOccluder> cover;

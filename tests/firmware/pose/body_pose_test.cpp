@@ -208,8 +208,11 @@ TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
     };
     with([](auto& s) { s[1].tag.id = 77; }, 77, "not one of the body's");
     with([](auto& s) { s[1].tag.family = TagFamily::tagStandard41h12; }, id, "not one of the body's");
-    with([](auto& s) { std::swap(s[1].tag.corners[0], s[1].tag.corners[1]),
-                            std::swap(s[1].tag.corners[2], s[1].tag.corners[3]); }, id, "mirror");
+    with(
+        [](auto& s) {
+          std::swap(s[1].tag.corners[0], s[1].tag.corners[1]), std::swap(s[1].tag.corners[2], s[1].tag.corners[3]);
+        },
+        id, "mirror");
     // Read as the number of a face that is turned away.
     int hidden = 0;
     for (int n = 0; n < 12; ++n)
@@ -219,17 +222,21 @@ TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
     with([](auto& s) { std::rotate(s[1].tag.corners.begin(), s[1].tag.corners.begin() + 1, s[1].tag.corners.end()); },
          id, "contradicts the others");
     // Half covered, so that two corners are where the cover's edge is.
-    with([](auto& s) {
-      auto& c = s[1].tag.corners;
-      c[1] = {(c[0].x + c[1].x) / 2, (c[0].y + c[1].y) / 2};
-      c[2] = {(c[2].x + c[3].x) / 2, (c[2].y + c[3].y) / 2};
-    }, id, "contradicts the others");
+    with(
+        [](auto& s) {
+          auto& c = s[1].tag.corners;
+          c[1] = {(c[0].x + c[1].x) / 2, (c[0].y + c[1].y) / 2};
+          c[2] = {(c[2].x + c[3].x) / 2, (c[2].y + c[3].y) / 2};
+        },
+        id, "contradicts the others");
     // The same number on another body beside it.
-    with([&](auto& s) {
-      SeenTag twin = s[1];
-      for (PixelPosition& p : twin.tag.corners) p.x += 300;
-      s.push_back(twin);
-    }, id, "contradicts the others");
+    with(
+        [&](auto& s) {
+          SeenTag twin = s[1];
+          for (PixelPosition& p : twin.tag.corners) p.x += 300;
+          s.push_back(twin);
+        },
+        id, "contradicts the others");
   }
   EXPECT_GE(tried, 5);
 }
@@ -309,10 +316,12 @@ TEST(BodyPose, APoseThatIsNotFlaggedIsNeverFarFromTheTruth) {
     flagged += pose->ambiguous;
     const auto e = error_of(pose->probe_body.pose, truth);
     double largest = 0;
-    for (std::size_t i = 0; i < 6; ++i) largest = std::max(largest, std::abs(e[i]) / std::sqrt(pose->probe_body.covariance[i][i]));
+    for (std::size_t i = 0; i < 6; ++i)
+      largest = std::max(largest, std::abs(e[i]) / std::sqrt(pose->probe_body.covariance[i][i]));
     wrong += !pose->ambiguous && largest > 5;
   }
-  std::cout << "one or two tags of 17 px: " << flagged << " of " << count << " flagged, confidently wrong " << wrong << "\n";
+  std::cout << "one or two tags of 17 px: " << flagged << " of " << count << " flagged, confidently wrong " << wrong
+            << "\n";
   EXPECT_GT(count, 180);
   EXPECT_GT(flagged, 40);
   EXPECT_LE(wrong, 1);

@@ -91,8 +91,8 @@ TEST(BodyTracker, AStillBodyIsFoundAndThenLookedForWhereItIs) {
       }
     }
   }
-  std::cout << "still, 400 px: turn within " << turn / kDegree << " deg, place within " << 100 * shift / distance_for(400)
-            << " % of the distance\n";
+  std::cout << "still, 400 px: turn within " << turn / kDegree << " deg, place within "
+            << 100 * shift / distance_for(400) << " % of the distance\n";
   EXPECT_LT(turn, 0.2 * kDegree);
   EXPECT_LT(shift, 0.003 * distance_for(400));
 }
@@ -134,7 +134,8 @@ TEST(BodyTracker, ABodyThatWasLostIsFoundAgainElsewhere) {
   BodyTrackerOptions options;
   options.lost_after = 3;
   Stage stage(camera_rig(640, 480, 550), options);
-  const Pose left = body_at({-0.12, 0.02, -0.45}, 2), right = body_at({0.13, -0.04, -0.6}, 9), behind = body_at({0, 0, 0.5}, 1);
+  const Pose left = body_at({-0.12, 0.02, -0.45}, 2), right = body_at({0.13, -0.04, -0.6}, 9),
+             behind = body_at({0, 0, 0.5}, 1);
   const auto here = stage.camera.take(left), empty = stage.camera.take(behind), there = stage.camera.take(right);
   EXPECT_TRUE(stage.look(here, 0).pose);
   EXPECT_TRUE(stage.look(here, 33).predicted);
@@ -217,12 +218,15 @@ TEST(BodyTracker, AHalfCoveredTagIsLeftOutOrHarmless) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const Pose truth = body_at({0, 0, -0.3}, seed);
     // In front of one half of the tag that is nearest to the camera.
-    const auto nearest = std::min_element(stage.body.faces.begin(), stage.body.faces.end(), [&](const auto& a, const auto& b) {
-      return length(transformed(truth, a.body_face.translation)) < length(transformed(truth, b.body_face.translation));
-    });
+    const auto nearest =
+        std::min_element(stage.body.faces.begin(), stage.body.faces.end(), [&](const auto& a, const auto& b) {
+          return length(transformed(truth, a.body_face.translation)) <
+                 length(transformed(truth, b.body_face.translation));
+        });
     BodyShot shot;
     shot.probe_body = truth;
-    shot.cover = reference::SphereOccluder{transformed(compose(truth, nearest->body_face), {0.012, 0.004, 0.02}), 0.012, {0.3, 0.3, 0.3}};
+    shot.cover = reference::SphereOccluder{
+        transformed(compose(truth, nearest->body_face), {0.012, 0.004, 0.02}), 0.012, {0.3, 0.3, 0.3}};
     stage.tracker.reset();
     const auto picture = stage.camera.take(shot);
     const BodySighting sighting = stage.look(picture, 0);
@@ -246,7 +250,8 @@ TEST(BodyTracker, ACalibrationWrongByTwoPercentIsNotConfidentlyWrong) {
     ASSERT_TRUE(sighting);
     ASSERT_TRUE(sighting->pose);
     expect_not_confidently_wrong(*sighting, truth, "focal length 2 % too long");
-    std::cout << "  the corners say " << 100 * sighting->pose->focal.excess << " +- " << 100 * sighting->pose->focal.sigma << " %\n";
+    std::cout << "  the corners say " << 100 * sighting->pose->focal.excess << " +- "
+              << 100 * sighting->pose->focal.sigma << " %\n";
     tracker->reset();
   }
 }
@@ -261,8 +266,10 @@ TEST(BodyTracker, InputThatCannotBeIsRefused) {
   EXPECT_TRUE(tracker->track(good, at_ms(0)));
   EXPECT_THAT(tracker->track(good, at_ms(0), 1).status().message(), HasSubstr("no lens 1"));
   EXPECT_THAT(tracker->track(good, at_ms(0), -1).status().message(), HasSubstr("no lens -1"));
-  EXPECT_THAT(tracker->track({bytes, 480, 640, 480}, at_ms(0)).status().message(), HasSubstr("calibration is for 640x480"));
-  EXPECT_THAT(tracker->track({std::span(bytes).first(1000), 640, 480, 640}, at_ms(0)).status().message(), HasSubstr("bytes"));
+  EXPECT_THAT(tracker->track({bytes, 480, 640, 480}, at_ms(0)).status().message(),
+              HasSubstr("calibration is for 640x480"));
+  EXPECT_THAT(tracker->track({std::span(bytes).first(1000), 640, 480, 640}, at_ms(0)).status().message(),
+              HasSubstr("bytes"));
   const auto asking = [&](auto change) {
     BodyTrackerOptions options;
     change(options);

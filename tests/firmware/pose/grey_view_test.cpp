@@ -1,13 +1,13 @@
 // Every camera's picture as the grey one that tags are looked for in.
 #include "pose/grey_view.hpp"
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "calibration/response.hpp"
 
@@ -27,17 +27,23 @@ struct Picture {
   std::vector<std::byte> data;
 
   explicit Picture(PixelFormat of, int w = kWidth, int h = kHeight)
-      : format(of), width(w), height(h), stride(packed_stride(of, w) + kPadding), data(picture_bytes(of, stride, h), kPoison) {}
+      : format(of),
+        width(w),
+        height(h),
+        stride(packed_stride(of, w) + kPadding),
+        data(picture_bytes(of, stride, h), kPoison) {}
 
   void byte(int x, int y, std::size_t step, std::size_t channel, unsigned value) {
-    data[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * step + channel] = static_cast<std::byte>(value);
+    data[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * step + channel] =
+        static_cast<std::byte>(value);
   }
   void word(int x, int y, unsigned value) {
     byte(x, y, 2, 0, value & 255U);
     byte(x, y, 2, 1, value >> 8);
   }
   void floats(int x, int y, std::array<float, 3> rgb) {
-    std::memcpy(data.data() + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * 12, rgb.data(), sizeof rgb);
+    std::memcpy(data.data() + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * 12, rgb.data(),
+                sizeof rgb);
   }
   [[nodiscard]] View view() const { return {0, format, width, height, stride, data}; }
 };
@@ -167,8 +173,10 @@ TEST(GreyView, OfFloatsIsTheRootOfGreenWhateverTheScale) {
     GreyView view;
     const GreyPicture grey = view.of(picture.view());
     expect_size(grey, picture);
-    // White is looked for in a sample, so it may be the second brightest column: 1 / 64, of the root half of that, and rounding.
-    for (int x = 0; x < 64; ++x) EXPECT_NEAR(grey.at(x, 5), 255 * std::sqrt((x + 1) / 64.0), 255 / 128.0 + 0.6) << scale << " " << x;
+    // White is looked for in a sample, so it may be the second brightest column: 1 / 64, of the root half of that, and
+    // rounding.
+    for (int x = 0; x < 64; ++x)
+      EXPECT_NEAR(grey.at(x, 5), 255 * std::sqrt((x + 1) / 64.0), 255 / 128.0 + 0.6) << scale << " " << x;
   }
 }
 

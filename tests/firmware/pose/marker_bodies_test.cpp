@@ -1,4 +1,6 @@
 // Bodies are the solids of geometry, their faces are laid out as the design says, and the files hold just these.
+#include "pose/marker_bodies.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,8 +11,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "pose/marker_bodies.hpp"
 
 namespace lightwell {
 namespace {
@@ -29,11 +29,11 @@ struct Solid {
 };
 
 /// Coxeter, Regular Polytopes, table I; edges by the inradii.
-const std::vector<Solid> kSolids = {
-    {"cube", make_cube, 6, 90 * kDeg, 1, 3},
-    {"dodecahedron", make_dodecahedron, 12, std::acos(-1 / std::sqrt(5.0)),
-     1 / std::sqrt(2.5 + 1.1 * std::sqrt(5.0)), 3},
-    {"icosahedron", make_icosahedron, 20, std::acos(-std::sqrt(5.0) / 3), 6 / (3 * std::sqrt(3.0) + std::sqrt(15.0)), 5}};
+const std::vector<Solid> kSolids = {{"cube", make_cube, 6, 90 * kDeg, 1, 3},
+                                    {"dodecahedron", make_dodecahedron, 12, std::acos(-1 / std::sqrt(5.0)),
+                                     1 / std::sqrt(2.5 + 1.1 * std::sqrt(5.0)), 3},
+                                    {"icosahedron", make_icosahedron, 20, std::acos(-std::sqrt(5.0) / 3),
+                                     6 / (3 * std::sqrt(3.0) + std::sqrt(15.0)), 5}};
 
 Vec3d axis(const MarkerFace& face, Vec3d of_face) { return rotate(face.body_face.rotation, of_face); }
 Vec3d normal(const MarkerFace& face) { return axis(face, {0, 0, 1}); }
@@ -72,7 +72,8 @@ class Solids : public testing::TestWithParam<Solid> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, Solids, testing::ValuesIn(kSolids), [](const auto& p) { return std::string(p.param.name); });
+INSTANTIATE_TEST_SUITE_P(All, Solids, testing::ValuesIn(kSolids),
+                         [](const auto& p) { return std::string(p.param.name); });
 
 TEST_P(Solids, NeighboursMeetUnderTheSolidsAngle) {
   const MarkerBody body = made();
@@ -126,9 +127,8 @@ TEST_P(Solids, OppositeFacesAreParallelAndTheSizeApart) {
   for (const MarkerFace& a : body.faces) {
     EXPECT_NEAR(dot(a.body_face.translation, normal(a)), 0.0815 / 2, 1e-11) << "normals point outwards";
     EXPECT_NEAR(length(a.body_face.translation), 0.0815 / 2, 1e-11) << "the tag is in the face's middle";
-    const auto opposite = std::find_if(body.faces.begin(), body.faces.end(), [&](const MarkerFace& b) {
-      return length(normal(a) + normal(b)) < 1e-12;
-    });
+    const auto opposite = std::find_if(body.faces.begin(), body.faces.end(),
+                                       [&](const MarkerFace& b) { return length(normal(a) + normal(b)) < 1e-12; });
     ASSERT_NE(opposite, body.faces.end());
     EXPECT_NEAR(dot(a.body_face.translation - opposite->body_face.translation, normal(a)), 0.0815, 1e-11);
   }
@@ -171,8 +171,10 @@ TEST(Dodecahedron, FacesAreWhereTheDesignPutsThem) {
 
 TEST(Icosahedron, TheLowerHalfIsOppositeInTheSameOrder) {
   const auto body = make_icosahedron();
-  for (std::size_t k = 0; k < 6; ++k) EXPECT_LT(length(normal(body->faces[10 + k]) + normal(body->faces[4 + k])), 1e-12);
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_LT(length(normal(body->faces[16 + k]) + normal(body->faces[1 + k])), 1e-12);
+  for (std::size_t k = 0; k < 6; ++k)
+    EXPECT_LT(length(normal(body->faces[10 + k]) + normal(body->faces[4 + k])), 1e-12);
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_LT(length(normal(body->faces[16 + k]) + normal(body->faces[1 + k])), 1e-12);
 }
 
 TEST_P(Solids, TagsStandUprightAsFarAsTheFaceAllows) {
@@ -214,8 +216,8 @@ TEST_P(Solids, PatchesAndTheWhiteSquareTileTheFace) {
           std::uniform_real_distribution<double> range(-0.06, 0.06);
           const FacePoint p{range(random), range(random)};
           const auto holds = [&](const FaceOutline& o) { return inside(o, p, 1e-9); };
-          const auto by_patches =
-              std::count_if(face.patches.begin(), face.patches.end(), [&](const MarkerPatch& m) { return holds(m.outline); });
+          const auto by_patches = std::count_if(face.patches.begin(), face.patches.end(),
+                                                [&](const MarkerPatch& m) { return holds(m.outline); });
           EXPECT_EQ(by_patches + holds(square), holds(face.outline) ? 1 : 0) << "none twice, none left out";
         }
       }
@@ -291,7 +293,8 @@ TEST(MarkerBodies, TagsAreOfHandySizes) {
   EXPECT_DOUBLE_EQ(make_cube(cube)->tag_size_m, 0.024);
   EXPECT_DOUBLE_EQ(make_icosahedron()->tag_size_m, 0.0152);
   EXPECT_DOUBLE_EQ(make_ball_on_tag()->tag_size_m, 0.024);
-  EXPECT_DOUBLE_EQ(white_square_m(TagFamily::tagStandard41h12, 0.015), 0.033) << "nine cells, and one of rim on each side";
+  EXPECT_DOUBLE_EQ(white_square_m(TagFamily::tagStandard41h12, 0.015), 0.033)
+      << "nine cells, and one of rim on each side";
   EXPECT_EQ(tag_size_for(TagFamily::tag36h11, 0.0009), 0);
 }
 

@@ -34,8 +34,7 @@ TEST(Panorama, ALampAtPlusXIsSeenThere) {
 
 TEST(Panorama, PixelCentresShowThePixel) {
   const Panorama p = from_function(32, [](Vec3d d) {
-    return Radiance{static_cast<float>(d.x + 1), static_cast<float>(d.y + 1),
-                    static_cast<float>(d.z + 1)};
+    return Radiance{static_cast<float>(d.x + 1), static_cast<float>(d.y + 1), static_cast<float>(d.z + 1)};
   });
   for (int j = 0; j < 16; ++j) {
     for (int i = 0; i < 32; ++i) {
@@ -70,8 +69,8 @@ TEST(Panorama, ATurnAboutYIsAnAdditionToU) {
   for (const double yaw : {0.3, 2.0, -1.1}) {
     const Vec3d d = normalized(Vec3d{0.3, -0.5, 0.7});
     const SpherePoint turned = sphere_point(rotate(Quat::about({0, 1, 0}, yaw), d));
-    const auto shift = static_cast<std::uint32_t>(
-        static_cast<std::int64_t>(std::llround(yaw / (2 * kPi) * 4294967296.0)));
+    const auto shift =
+        static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(yaw / (2 * kPi) * 4294967296.0)));
     const SpherePoint added{sphere_point(d).u - shift, sphere_point(d).v};
     EXPECT_NEAR(static_cast<double>(static_cast<std::int32_t>(turned.u - added.u)), 0, 4);
     EXPECT_NEAR(static_cast<double>(turned.v), static_cast<double>(added.v), 4);
@@ -159,8 +158,7 @@ TEST(ScenePath, AMissingFileNamesTheRemedy) {
 TEST(ScenePath, TheCacheIsWhereTheFetcherPutsIt) {
   const Environment own("LIGHTWELL_PANORAMA_DIR", "");
   const Environment cache("LIGHTWELL_CACHE", "/nowhere/cache");
-  EXPECT_THAT(scene_path("night").status().message(),
-              HasSubstr("/nowhere/cache/panoramas/night.exr"));
+  EXPECT_THAT(scene_path("night").status().message(), HasSubstr("/nowhere/cache/panoramas/night.exr"));
 }
 
 }  // namespace

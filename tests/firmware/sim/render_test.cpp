@@ -73,8 +73,7 @@ TEST(Rigs, RefuseWhatCannotBe) {
     return make_rig(kind, width, height, format).status();
   };
   EXPECT_EQ(problem("pear", 640, 480, PixelFormat::rgb8).code(), StatusCode::invalid_argument);
-  EXPECT_NE(problem("pear", 640, 480, PixelFormat::rgb8).message().find("'pair'"),
-            std::string::npos);
+  EXPECT_NE(problem("pear", 640, 480, PixelFormat::rgb8).message().find("'pair'"), std::string::npos);
   EXPECT_FALSE(problem("pair", 641, 480, PixelFormat::nv12).ok());
   EXPECT_FALSE(problem("pair", 640, 481, PixelFormat::nv12).ok());
   EXPECT_TRUE(problem("pair", 640, 481, PixelFormat::yuyv).ok());
@@ -108,8 +107,7 @@ TEST(Render, EveryPixelShowsTheDirectionThatTheCalibrationGivesIt) {
   // A slowly varying scene: a pixel's mean is its middle to second order, 1/8 (1/70 rad)² of a
   // second derivative of 4.
   const Scene scene(from_function(1024, [](Vec3d d) {
-    return Radiance{static_cast<float>(2 + d.x * d.y), static_cast<float>(2 + d.z),
-                    static_cast<float>(2 + d.y)};
+    return Radiance{static_cast<float>(2 + d.x * d.y), static_cast<float>(2 + d.z), static_cast<float>(2 + d.y)};
   }));
   for (const char* kind : {"pair", "double_sphere", "equirect"}) {
     const RigParameters r = rig(kind, 320, kind == std::string_view("equirect") ? 160 : 240);
@@ -184,8 +182,7 @@ TEST(Render, ATurnedProbeSeesTheWorldTurned) {
   for (int j = 0; j < 64; j += 5) {
     for (int i = 0; i < 128; i += 5) {
       const Vec3d d = equirect_direction((i + 0.5) / 128, (j + 0.5) / 64);
-      EXPECT_NEAR(picture[3 * static_cast<std::size_t>(j * 128 + i)], scene.radiance(d, state).r,
-                  1e-6);
+      EXPECT_NEAR(picture[3 * static_cast<std::size_t>(j * 128 + i)], scene.radiance(d, state).r, 1e-6);
     }
   }
 }

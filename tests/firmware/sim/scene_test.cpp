@@ -13,9 +13,7 @@ constexpr double kPi = std::numbers::pi;
 
 /// Dark blue everywhere, one small bright lamp at +X.
 Panorama lamp_room() {
-  return from_function(64, [](Vec3d d) {
-    return d.x > 0.99 ? Radiance{100, 100, 100} : Radiance{0, 0, 1};
-  });
+  return from_function(64, [](Vec3d d) { return d.x > 0.99 ? Radiance{100, 100, 100} : Radiance{0, 0, 1}; });
 }
 
 TEST(Scene, AtRestNothingChanges) {
@@ -71,8 +69,7 @@ TEST(Scene, LampsSwitchAndNothingElse) {
   motion.cycle_frames = 20;
   motion.switch_period_frames = 10;
   const Scene scene(lamp_room(), motion);
-  for (std::uint64_t k = 0; k < 60; ++k)
-    EXPECT_EQ(scene.state_at(k).lamp_factor, k / 10 % 2 == 0 ? 1 : 0.05) << k;
+  for (std::uint64_t k = 0; k < 60; ++k) EXPECT_EQ(scene.state_at(k).lamp_factor, k / 10 % 2 == 0 ? 1 : 0.05) << k;
   const SceneState on = scene.state_at(0), off = scene.state_at(10);
   EXPECT_NEAR(scene.radiance({1, 0, 0}, off).r, 0.05 * scene.radiance({1, 0, 0}, on).r, 1e-4);
   EXPECT_EQ(scene.radiance({-1, 0, 0}, off), scene.radiance({-1, 0, 0}, on));

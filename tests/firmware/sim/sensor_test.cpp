@@ -20,9 +20,7 @@ constexpr int kWidth = 128, kHeight = 64;
 constexpr std::size_t kPixels = kWidth * kHeight;
 
 /// A picture as wide as it is told, seen through the panorama's own projection: no vignetting.
-LensParameters plain_lens() {
-  return make_rig("equirect", kWidth, kHeight, PixelFormat::rgb8)->lenses[0];
-}
+LensParameters plain_lens() { return make_rig("equirect", kWidth, kHeight, PixelFormat::rgb8)->lenses[0]; }
 
 SensorModel sensor_model(PixelFormat format) {
   return sensor_of(*make_rig("equirect", kWidth, kHeight, format), format, 1);
@@ -40,8 +38,7 @@ std::vector<float> uniform(Radiance l) {
   return radiance;
 }
 
-std::vector<std::byte> shoot(const SensorModel& model, const std::vector<float>& radiance,
-                             const Exposure& exposure) {
+std::vector<std::byte> shoot(const SensorModel& model, const std::vector<float>& radiance, const Exposure& exposure) {
   const Sensor sensor(plain_lens(), model);
   std::vector<std::byte> out(sensor.bytes());
   sensor.develop(radiance, exposure, out);
@@ -74,14 +71,13 @@ TEST(Sensor, RepeatsBitForBitAndDiffersWhereItShould) {
 }
 
 /// Mean and variance of the linear value x of a uniformly lit 12-bit picture.
-std::array<double, 2> moments(const SensorModel& model, float radiance, double exposure_s,
-                              double gain) {
+std::array<double, 2> moments(const SensorModel& model, float radiance, double exposure_s, double gain) {
   const std::vector<float> table = linear_table(model.photometry, 4096);
   double sum = 0, squares = 0;
   constexpr int kFrames = 8;
   for (int frame = 0; frame < kFrames; ++frame) {
-    const auto out = shoot(model, uniform({radiance, radiance, radiance}),
-                           {exposure_s, gain, static_cast<std::uint64_t>(frame), 0});
+    const auto out =
+        shoot(model, uniform({radiance, radiance, radiance}), {exposure_s, gain, static_cast<std::uint64_t>(frame), 0});
     for (std::size_t k = 0; k < kPixels; ++k) {
       const double x = static_cast<double>(table[static_cast<std::size_t>(word(out, k))]);
       sum += x;
@@ -167,8 +163,7 @@ class YuvTest : public testing::TestWithParam<PixelFormat> {
     return {codes[0] / 255.0F, codes[1] / 255.0F, codes[2] / 255.0F};
   }
   /// Encoded r, g, b of a pixel.
-  static std::array<float, 3> decoded(const std::vector<std::byte>& out, std::size_t x,
-                                      std::size_t y) {
+  static std::array<float, 3> decoded(const std::vector<std::byte>& out, std::size_t x, std::size_t y) {
     if (GetParam() == PixelFormat::yuyv) {
       const std::size_t pair = y * 2 * kWidth + x / 2 * 4;
       return unit(rgb8_of_ycbcr601(byte(out, pair + x % 2 * 2), byte(out, pair + 1), byte(out, pair + 3)));
@@ -180,8 +175,8 @@ class YuvTest : public testing::TestWithParam<PixelFormat> {
 
 TEST_P(YuvTest, ColoursComeBack) {
   const SensorModel model = silent(GetParam());
-  for (const Radiance l : {Radiance{0.2F, 0.4F, 0.8F}, Radiance{0.9F, 0.1F, 0.1F},
-                           Radiance{0.5F, 0.5F, 0.5F}, Radiance{0, 0, 0}, Radiance{1, 1, 1}}) {
+  for (const Radiance l : {Radiance{0.2F, 0.4F, 0.8F}, Radiance{0.9F, 0.1F, 0.1F}, Radiance{0.5F, 0.5F, 0.5F},
+                           Radiance{0, 0, 0}, Radiance{1, 1, 1}}) {
     const auto rgb = decoded(shoot(model, uniform(l), {0.01, 1, 0, 0}), 70, 31);
     for (int c = 0; c < 3; ++c) {
       // Half a level of each: 0.58 of luma, 1.01 of blue difference, in 255.

@@ -1,7 +1,6 @@
 // The simulated camera as its users see it: frames, their metadata, and a truth that a judge can
 // recompute.
 #include "camera/backends/sim/sim_backend.hpp"
-#include "camera/uri_values.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -20,6 +19,8 @@
 
 #include <lightwell/equirect.hpp>
 
+#include "camera/uri_values.hpp"
+
 namespace lightwell {
 namespace {
 
@@ -31,9 +32,7 @@ constexpr double kLamp = 128.5 / 256 * 16;
 /// A Radiance HDR file: grey of a half, a lamp about +X.
 class SceneFile {
  public:
-  SceneFile()
-      : path_(std::filesystem::temp_directory_path() /
-              ("lightwell_sim_" + std::to_string(getpid()) + ".hdr")) {
+  SceneFile() : path_(std::filesystem::temp_directory_path() / ("lightwell_sim_" + std::to_string(getpid()) + ".hdr")) {
     constexpr int kWidth = 64, kHeight = 32;
     std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n";
     for (int j = 0; j < kHeight; ++j) {
@@ -152,8 +151,7 @@ TEST_F(SimBackendTest, FramesCarryTheirBracketAndTheirTime) {
   EXPECT_EQ(camera->state(), CameraBackend::State::idle);
   const std::vector<Frame> frames = sink.take();
   ASSERT_EQ(frames.size(), 6U);
-  const Duration first_due_after =
-      Duration::from_seconds(frames[0].info.exposure_s / 2 + 24 * 20e-6);
+  const Duration first_due_after = Duration::from_seconds(frames[0].info.exposure_s / 2 + 24 * 20e-6);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const FrameInfo& info = frames[k].info;
     EXPECT_EQ(info.bracket_size, 3);
@@ -163,8 +161,7 @@ TEST_F(SimBackendTest, FramesCarryTheirBracketAndTheirTime) {
     // Delivered when due or a little later, which is not the exposure's fault.
     const Duration due_after = Duration::from_seconds(info.exposure_s / 2 + 24 * 20e-6);
     EXPECT_GE((info.delivered - info.mid_exposure).ns, due_after.ns);
-    const Duration since_first =
-        info.mid_exposure + due_after - (frames[0].info.mid_exposure + first_due_after);
+    const Duration since_first = info.mid_exposure + due_after - (frames[0].info.mid_exposure + first_due_after);
     const auto ticks = static_cast<double>(info.sequence - frames[0].info.sequence);
     EXPECT_NEAR(since_first.seconds(), ticks / 200, 1e-8) << "rounded to nanoseconds";
     if (k > 0) {
@@ -254,8 +251,7 @@ TEST_F(SimBackendTest, WithoutARateItWaitsOnlyForMemory) {
   EXPECT_TRUE(sink.wait_for(500));
   camera->stop();
   const std::vector<Frame> frames = sink.take();
-  EXPECT_EQ(frames.back().info.sequence + 1, static_cast<std::uint64_t>(sink.pushed()))
-      << "no ticks, no gaps";
+  EXPECT_EQ(frames.back().info.sequence + 1, static_cast<std::uint64_t>(sink.pushed())) << "no ticks, no gaps";
 }
 
 TEST_F(SimBackendTest, AJudgeRecomputesEveryFrame) {
@@ -328,8 +324,7 @@ TEST_F(SimBackendTest, ParametersAreCheckedByName) {
 
 TEST_F(SimBackendTest, WhatCannotBeOpenedSaysWhy) {
   const auto failure = [&](const std::string& text) {
-    Result<std::unique_ptr<CameraBackend>> camera =
-        make_sim_backend(*parse_camera_uri(text), config);
+    Result<std::unique_ptr<CameraBackend>> camera = make_sim_backend(*parse_camera_uri(text), config);
     EXPECT_TRUE(camera.ok());
     return (*camera)->open().status();
   };
@@ -393,8 +388,7 @@ TEST(RingPlan, AStillSceneNeedsOnlyNoise) {
     const std::uint64_t picture = plan.picture(sequence);
     EXPECT_LT(picture, 16U);
     EXPECT_EQ(picture % 2, sequence % 2) << "the exposure of its place in the bracket";
-    EXPECT_EQ(plan.scene_index_of_picture(picture) / 30, plan.scene_index(sequence) / 30)
-        << "the lamps' state";
+    EXPECT_EQ(plan.scene_index_of_picture(picture) / 30, plan.scene_index(sequence) / 30) << "the lamps' state";
   }
 }
 

@@ -55,7 +55,8 @@ TEST(Coverage, SumsToTheAreaAtAnyScaleAndPlaceEitherWayRound) {
 
 TEST(Coverage, OfOutlinesThatTouchShowsNoHairline) {
   // A square cut along a slanted line.
-  const Coverage c = coverage_of({Outline{{1, 1}, {5.3, 1}, {3.1, 9}, {1, 9}}, Outline{{5.3, 1}, {9, 1}, {9, 9}, {3.1, 9}}}, 1);
+  const Coverage c =
+      coverage_of({Outline{{1, 1}, {5.3, 1}, {3.1, 9}, {1, 9}}, Outline{{5.3, 1}, {9, 1}, {9, 9}, {3.1, 9}}}, 1);
   for (int y = 1; y < 9; ++y)
     for (int x = 1; x < 9; ++x) EXPECT_NEAR(at_pixel(c, x, y), 1, 1e-6);
   EXPECT_NEAR(sum(c), 64, 1e-4);

@@ -1,10 +1,10 @@
 // From pictures of a printed board in a folder to a lens, and from the lens to the direction of a lamp.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 #include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "camera/image_file.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
@@ -37,8 +37,8 @@ TagBoard small_board() {
   return board;
 }
 
-/// A folder of pictures of the board, all over the field of a lens of 190 degrees, taken by a sensor of 8 bits with noise and
-/// blur.
+/// A folder of pictures of the board, all over the field of a lens of 190 degrees, taken by a sensor of 8 bits with
+/// noise and blur.
 struct Shown {
   TempDir folder;
   LensParameters truth = test::fisheye_lens(kEdge);
@@ -79,13 +79,14 @@ const Shown& shown_board() {
 TEST(CalibrateGeometry, FindsTheLensThatTookThePictures) {
   const Shown& s = shown_board();
   const TempDir out;
-  const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--field-deg", "190", "--output", out.path("rig.textproto"),
-                                           "--report", out.path("report.png"), "--json"});
+  const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--field-deg", "190", "--output",
+                                           out.path("rig.textproto"), "--report", out.path("report.png"), "--json"});
   ASSERT_EQ(said.status, 0) << said.err;
   EXPECT_THAT(said.out, HasSubstr("\"sigma_px\""));
   const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
   ASSERT_TRUE(rig) << rig.status().message();
-  EXPECT_LT(shown::direction_error(s.truth, rig->lenses[0].model), 0.05 * kDegree) << "RMS over the lens up to its edge";
+  EXPECT_LT(shown::direction_error(s.truth, rig->lenses[0].model), 0.05 * kDegree)
+      << "RMS over the lens up to its edge";
   EXPECT_NEAR(rig->lenses[0].max_angle_rad, 95 * kDegree, 1e-9);
   const Result<Image> report = read_image(out.path("report.png"));
   ASSERT_TRUE(report) << report.status().message();
@@ -103,12 +104,14 @@ TEST(CalibrateGeometry, FindsTheLensThatTookThePictures) {
     ASSERT_TRUE(estimator) << estimator.status().message();
     Frame frame;
     frame.info.exposure_s = 1;
-    frame.add_view({0, PixelFormat::rgb_f32, kEdge, kEdge, packed_stride(PixelFormat::rgb_f32, kEdge), std::as_bytes(std::span(radiance))});
+    frame.add_view({0, PixelFormat::rgb_f32, kEdge, kEdge, packed_stride(PixelFormat::rgb_f32, kEdge),
+                    std::as_bytes(std::span(radiance))});
     Descriptor d;
     const Status done = (*estimator)->estimate(std::span(&frame, 1), d);
     ASSERT_TRUE(done.ok()) << done.message();
     ASSERT_FALSE(d.lights.empty()) << theta;
-    EXPECT_LT(angle_between(vec_cast<double>(d.lights[0].direction), to), 0.2 * kDegree) << theta << " degrees from the axis";
+    EXPECT_LT(angle_between(vec_cast<double>(d.lights[0].direction), to), 0.2 * kDegree)
+        << theta << " degrees from the axis";
   }
 }
 
@@ -116,7 +119,8 @@ TEST(CalibrateGeometry, OtherModelsOfTheSameLensAgree) {
   const Shown& s = shown_board();
   const TempDir out;
   for (const char* model : {"double-sphere", "mei"}) {
-    const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--model", model, "--output", out.path("rig.textproto")});
+    const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--model", model, "--output",
+                                             out.path("rig.textproto")});
     ASSERT_EQ(said.status, 0) << said.err;
     const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
     ASSERT_TRUE(rig) << rig.status().message();
@@ -130,7 +134,8 @@ TEST(CalibrateGeometry, OtherModelsOfTheSameLensAgree) {
 TEST(CalibrateGeometry, CoverageSaysWhatIsLacking) {
   const Shown& s = shown_board();
   const TempDir out;
-  const Said all = run(coverage_command, {"--board", s.board, "--lens0", s.pictures, "--field-circle-px", "300", "--picture", out.path("seen.svg")});
+  const Said all = run(coverage_command, {"--board", s.board, "--lens0", s.pictures, "--field-circle-px", "300",
+                                          "--picture", out.path("seen.svg")});
   EXPECT_THAT(all.out, HasSubstr("of the picture known from 24 pictures"));
   EXPECT_TRUE(std::filesystem::exists(out.path("seen.svg")));
   const Said one = run(coverage_command, {"--board", s.board, "--lens0", s.pictures + "/23.png"});

@@ -25,7 +25,9 @@ struct Case {
   std::size_t pages;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.solid << " " << 1000 * c.size_m << " mm " << kPapers[c.paper].name; }
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.solid << " " << 1000 * c.size_m << " mm " << kPapers[c.paper].name;
+}
 
 double dihedral(const std::string& solid) {
   if (solid == "cube") return std::numbers::pi / 2;
@@ -103,7 +105,8 @@ TEST_P(Nets, AFoldIsAnEdgeOfBothFacesAndATabsBaseOneOfItsFace) {
     for (const NetTab& tab : page.tabs)
       EXPECT_TRUE(has_edge(outline(find(page, tab.on)), tab.outline.front(), tab.outline.back())) << tab.on;
     for (const auto& cut : page.cuts)
-      EXPECT_TRUE(std::any_of(page.faces.begin(), page.faces.end(), [&](const NetFace& f) { return has_edge(outline(f), cut[0], cut[1]); }));
+      EXPECT_TRUE(std::any_of(page.faces.begin(), page.faces.end(),
+                              [&](const NetFace& f) { return has_edge(outline(f), cut[0], cut[1]); }));
   }
 }
 
@@ -119,7 +122,8 @@ double area(const Outline& o) {
 /// Of two convex outlines: what is left of p within each side of q.
 double common_area(Outline p, const Outline& q) {
   PagePoint middle;
-  for (const PagePoint& v : q) middle.x += v.x / static_cast<double>(q.size()), middle.y += v.y / static_cast<double>(q.size());
+  for (const PagePoint& v : q)
+    middle.x += v.x / static_cast<double>(q.size()), middle.y += v.y / static_cast<double>(q.size());
   for (std::size_t i = 0; i < q.size(); ++i) {
     const PagePoint a = q[i], b = q[(i + 1) % q.size()];
     const auto side = [&](PagePoint v) { return (b.x - a.x) * (v.y - a.y) - (b.y - a.y) * (v.x - a.x); };
@@ -166,7 +170,8 @@ TEST_P(Nets, NothingOverlapsAndAllIsWhereAPrinterPrints) {
 /// Faces as they are in space, found by folding alone.
 class Folded {
  public:
-  Folded(const MarkerBody& body, const Net& net, double dihedral_rad) : body_(body), fold_rad_(std::numbers::pi - dihedral_rad) {
+  Folded(const MarkerBody& body, const Net& net, double dihedral_rad)
+      : body_(body), fold_rad_(std::numbers::pi - dihedral_rad) {
     for (const NetPage& page : net.pages)
       for (const NetFace& f : page.faces) on_sheet_[f.face] = f;
     // The first face lies where the file says; all others follow.
@@ -207,8 +212,8 @@ class Folded {
     return true;
   }
 
-  /// The other face's edge is put against the tab's, then the same. Which of its edges that is, a person sees by how the rest closes;
-  /// here the file says it.
+  /// The other face's edge is put against the tab's, then the same. Which of its edges that is, a person sees by how
+  /// the rest closes; here the file says it.
   bool glue(const NetTab& tab) {
     const bool on_known = pose_.contains(tab.on);
     if (on_known == pose_.contains(tab.under)) return false;

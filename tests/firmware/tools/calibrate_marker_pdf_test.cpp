@@ -26,7 +26,8 @@ TEST(MarkerSheetPdf, EachPageShowsItsTagsInTheirPlaces) {
   const auto net = make_net(body, kPapers[0]);
   ASSERT_EQ(net->pages.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
-    const double worst = test::worst_printed(folder.path("page-" + std::to_string(i + 1) + ".png"), body, net->pages[i], 150);
+    const double worst =
+        test::worst_printed(folder.path("page-" + std::to_string(i + 1) + ".png"), body, net->pages[i], 150);
     std::cout << "page " << i + 1 << ": the worst corner is off by " << worst << " mm\n";
     // A pixel is 0.17 mm; poppler rounds upright edges to whole ones at worst.
     EXPECT_LT(worst, 0.1);

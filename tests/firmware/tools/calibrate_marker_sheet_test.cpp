@@ -40,7 +40,9 @@ struct Printed {
   int first_id;
 };
 
-void PrintTo(const Printed& p, std::ostream* out) { *out << p.solid << " " << p.size_mm << " mm " << p.kind << " " << p.family; }
+void PrintTo(const Printed& p, std::ostream* out) {
+  *out << p.solid << " " << p.size_mm << " mm " << p.kind << " " << p.family;
+}
 
 class PrintedMarker : public testing::TestWithParam<Printed> {};
 
@@ -56,9 +58,9 @@ TEST_P(PrintedMarker, HasEveryTagInItsPlaceTrueToScale) {
   const Printed& p = GetParam();
   const TempDir folder;
   const Said said =
-      run(marker_sheet_command, {"--body", p.solid, "--size-mm", std::to_string(p.size_mm), "--paper-kind", p.kind, "--family", p.family,
-                                 "--paper", p.paper, "--first-id", std::to_string(p.first_id), "--dpi", "150", "--output",
-                                 folder.path("sheet.png")});
+      run(marker_sheet_command, {"--body", p.solid, "--size-mm", std::to_string(p.size_mm), "--paper-kind", p.kind,
+                                 "--family", p.family, "--paper", p.paper, "--first-id", std::to_string(p.first_id),
+                                 "--dpi", "150", "--output", folder.path("sheet.png")});
   ASSERT_EQ(said.status, 0) << said.err;
   const TagFamily family = *parse_tag_family(p.family);
   const MarkerBody body = marker_body(p.solid, p.size_mm / 1000, *parse_paper_kind(p.kind), family, p.first_id);
@@ -74,7 +76,8 @@ TEST_P(PrintedMarker, HasEveryTagInItsPlaceTrueToScale) {
 
 TEST(MarkerSheet, QuadrantsArePrintedAsGreysOfThePaper) {
   const TempDir folder;
-  ASSERT_EQ(run(marker_sheet_command, {"--paper-kind", "grey", "--dpi", "100", "--output", folder.path("s.png")}).status, 0);
+  ASSERT_EQ(
+      run(marker_sheet_command, {"--paper-kind", "grey", "--dpi", "100", "--output", folder.path("s.png")}).status, 0);
   const MarkerBody body = marker_body("dodecahedron", 0.1);
   const auto net = make_net(body, kPapers[0]);
   for (std::size_t page = 0; page < 2; ++page) {
@@ -84,12 +87,16 @@ TEST(MarkerSheet, QuadrantsArePrintedAsGreysOfThePaper) {
       for (const MarkerPatch& patch : body.faces[placed.face].patches) {
         FacePoint middle;
         for (const FacePoint& p : patch.outline)
-          middle.x += p.x / static_cast<double>(patch.outline.size()), middle.y += p.y / static_cast<double>(patch.outline.size());
+          middle.x += p.x / static_cast<double>(patch.outline.size()),
+              middle.y += p.y / static_cast<double>(patch.outline.size());
         const PagePoint at = placed.on_sheet(middle);
         const int x = static_cast<int>(at.x * 100 / 25.4), y = static_cast<int>(at.y * 100 / 25.4);
         const int value = std::to_integer<int>(image->data[static_cast<std::size_t>(3 * (y * image->width + x))]);
         // sRGB of 1, 3/4, 1/2 and 1/4 (IEC 61966-2-1).
-        const int wanted = patch.albedo[0] == 0.8 ? 255 : patch.albedo[0] == 0.6 ? 225 : patch.albedo[0] == 0.4 ? 188 : 137;
+        const int wanted = patch.albedo[0] == 0.8   ? 255
+                           : patch.albedo[0] == 0.6 ? 225
+                           : patch.albedo[0] == 0.4 ? 188
+                                                    : 137;
         EXPECT_EQ(value, wanted) << "face " << placed.face;
       }
   }
@@ -134,7 +141,8 @@ TEST(MarkerSheet, SaysWhatItIsAndHasARuler) {
         EXPECT_LT(t.x + 0.66 * t.size * static_cast<double>(t.text.size()), page.width) << t.text;
       }
       EXPECT_THAT(words, HasSubstr("dodecahedron 100 mm " + std::string(to_string(kind)) + ", tag36h11 of 24 mm"));
-      EXPECT_THAT(words, HasSubstr(&page == &pages->front() ? "Page 1 of 2: tags 0, 1, 2, 3, 4, 5." : "Page 2 of 2: tags 11"));
+      EXPECT_THAT(words,
+                  HasSubstr(&page == &pages->front() ? "Page 1 of 2: tags 0, 1, 2, 3, 4, 5." : "Page 2 of 2: tags 11"));
       EXPECT_THAT(words, HasSubstr("Print at 100 %"));
       EXPECT_THAT(words, HasSubstr("glue each tab beneath the face whose number it bears"));
       const std::string about_greys = "Printers differ: the greys' albedos must be checked";
@@ -186,8 +194,9 @@ TEST(MarkerSheet, NumbersAreUnderlinedBarsOfTheirSize) {
 
 TEST(MarkerSheet, FilesAreOneAPageAndThePdfHasThemAll) {
   const TempDir folder;
-  const Said said = run(marker_sheet_command, {"--paper-kind=grey", "--output", folder.path("s.svg"), "--output", folder.path("s.pdf"),
-                                               "--output", folder.path("body.textproto"), "--json"});
+  const Said said =
+      run(marker_sheet_command, {"--paper-kind=grey", "--output", folder.path("s.svg"), "--output",
+                                 folder.path("s.pdf"), "--output", folder.path("body.textproto"), "--json"});
   ASSERT_EQ(said.status, 0) << said.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("s.svg")));
   for (const char* name : {"s-1.svg", "s-2.svg"}) {
@@ -256,7 +265,8 @@ TEST(MarkerSheet, MistakesAreNamedWithTheRemedy) {
   EXPECT_THAT(usage({"--paper-kind", "black"}), HasSubstr("known are white and grey"));
   EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("a4, a3 and letter"));
   EXPECT_THAT(usage({"--family", "tag16h5"}), HasSubstr("known are tag36h11"));
-  for (const char* size : {"0", "-3", "nan", "20000", "x"}) EXPECT_THAT(usage({"--size-mm", size, "--json"}), HasSubstr(size));
+  for (const char* size : {"0", "-3", "nan", "20000", "x"})
+    EXPECT_THAT(usage({"--size-mm", size, "--json"}), HasSubstr(size));
   EXPECT_THAT(usage({"--tag-size-mm", "0", "--json"}), HasSubstr("'0'"));
   EXPECT_THAT(usage({"--dpi", "0"}), HasSubstr("36 to 2400"));
   EXPECT_THAT(usage({"--ruler-mm", "4"}), HasSubstr("50 to 200"));
@@ -274,7 +284,8 @@ TEST(MarkerSheet, MistakesAreNamedWithTheRemedy) {
   EXPECT_THAT(input({"--output", "/nonexistent/s.pdf"}), HasSubstr("/nonexistent/s.pdf: cannot be written"));
   const Said help = run(marker_sheet_command, {"--help"});
   EXPECT_EQ(help.status, 0);
-  for (const char* taught : {"Score the dashed", "Measure the ruler", "matt white paper", "Glue each tab", "Exit status: 0 done, 1"})
+  for (const char* taught :
+       {"Score the dashed", "Measure the ruler", "matt white paper", "Glue each tab", "Exit status: 0 done, 1"})
     EXPECT_THAT(help.out, HasSubstr(taught));
 }
 
@@ -286,8 +297,10 @@ TEST(MarkerSheet, WhatDoesNotFitIsToldTheSizeThatDoes) {
     ASSERT_THAT(large.err, HasSubstr(before));
     const double fits = std::stod(large.err.substr(large.err.find(before) + before.size()));
     EXPECT_GT(fits, 50);
-    EXPECT_EQ(run(marker_sheet_command, {"--body", body, "--size-mm", std::to_string(fits), "--json"}).status, 0) << "what it says is true";
-    EXPECT_EQ(run(marker_sheet_command, {"--body", body, "--size-mm", std::to_string(fits * 1.01), "--json"}).status, 1) << "and not too modest";
+    EXPECT_EQ(run(marker_sheet_command, {"--body", body, "--size-mm", std::to_string(fits), "--json"}).status, 0)
+        << "what it says is true";
+    EXPECT_EQ(run(marker_sheet_command, {"--body", body, "--size-mm", std::to_string(fits * 1.01), "--json"}).status, 1)
+        << "and not too modest";
   }
   const TempDir folder;
   EXPECT_EQ(run(marker_sheet_command, {"--size-mm", "600", "--output", folder.path("b.textproto")}).status, 0)

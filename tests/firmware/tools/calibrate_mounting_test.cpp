@@ -109,8 +109,8 @@ TEST(MountingCommand, TellsWhereTheProbeHangsFromPicturesOfBothLenses) {
 TEST(MountingCommand, WritesWhatLightwelldReads) {
   const TempDir folder;
   const std::string file = folder.path("room.textproto");
-  const Said said = run(mounting_command, {"--calibration", room().calibration, "--tags", room().tags, room().front,
-                                           "--output", file});
+  const Said said = run(mounting_command,
+                        {"--calibration", room().calibration, "--tags", room().tags, room().front, "--output", file});
   ASSERT_EQ(said.status, 0) << said.err;
   EXPECT_THAT(said.out, StartsWith("the probe is at"));
   const Result<UncertainPose> written = load_mounting(file);

@@ -20,11 +20,13 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr const char* kDefault =
-    R"({"what": "default", "knob": "setting", "width": 640, "height": 480, "ms": 10, "ms_first": 60.5, "memcpy_ratio": 91, "rms": 0.03,)"
-    R"( "worst_rms": 0.25, "direction_deg": 0.4, "worst_direction_deg": 2.5, "flagged": 0.05, "unanswered": 0})";
+    R"({"what": "default", "knob": "setting", "width": 640, "height": 480, "ms": 10, "ms_first": 60.5,)"
+    R"( "memcpy_ratio": 91, "rms": 0.03, "worst_rms": 0.25, "direction_deg": 0.4,)"
+    R"( "worst_direction_deg": 2.5, "flagged": 0.05, "unanswered": 0})";
 constexpr const char* kNoLamps =
-    R"({"what":"0 lamps","knob":"order","width":640,"height":480,"ms":7e0,"ms_first":1.0E1,"memcpy_ratio":66,"rms":0.16,)"
-    R"("worst_rms":0.33,"direction_deg":null,"worst_direction_deg":null,"flagged":1,"unanswered":0})";
+    R"({"what":"0 lamps","knob":"order","width":640,"height":480,"ms":7e0,"ms_first":1.0E1,)"
+    R"("memcpy_ratio":66,"rms":0.16,"worst_rms":0.33,"direction_deg":null,)"
+    R"("worst_direction_deg":null,"flagged":1,"unanswered":0})";
 
 Result<std::vector<MarkerRow>> read(const std::string& text) {
   const test::TempDir folder;
@@ -101,7 +103,8 @@ TEST(MarkerRows, WhatIsWrongIsNamedWithItsFileAndLine) {
 }
 
 TEST(MarkerFront, IsWhatNoOtherBeatsInTimeAndError) {
-  std::vector<MarkerRow> rows = {row("quick", 5, 0.05), row("fine", 10, 0.02), row("slower and worse", 11, 0.03), row("nowhere", 1, 0.01)};
+  std::vector<MarkerRow> rows = {row("quick", 5, 0.05), row("fine", 10, 0.02), row("slower and worse", 11, 0.03),
+                                 row("nowhere", 1, 0.01)};
   rows[3].rms.reset();
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
@@ -145,7 +148,8 @@ TEST(MarkerJson, StandsBesideTheOtherRowsAndIsTheSameNumbers) {
   mark_front(rows);
   const std::string json = json_of({}, {{"city"}, 5, false}, rows);
   EXPECT_THAT(json, AllOf(HasSubstr("\"marker\": [\n{\"what\": \"default\", \"knob\": \"setting\", \"width\": 640"),
-                          HasSubstr("\"rms\": 0.03, \"worst_rms\": null"), HasSubstr("\"on_front\": true, \"beaten_by\": []}")));
+                          HasSubstr("\"rms\": 0.03, \"worst_rms\": null"),
+                          HasSubstr("\"on_front\": true, \"beaten_by\": []}")));
   EXPECT_THAT(json_of({}, {{"city"}, 5, false}), Not(HasSubstr("marker")));
   rows.push_back(row("4 faces", 5, 0.02));
   mark_front(rows);
@@ -153,7 +157,8 @@ TEST(MarkerJson, StandsBesideTheOtherRowsAndIsTheSameNumbers) {
 }
 
 TEST(MarkerChart, IsOnePanelMoreWithAMarkForEachCaseThatAnswered) {
-  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerKnob::setting), row("4 faces", 12, 0.04), row("1 face", 8, 0.1)};
+  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerKnob::setting), row("4 faces", 12, 0.04),
+                                 row("1 face", 8, 0.1)};
   rows[2].rms.reset();
   const eval::Run run{{"city"}, 5, false};
   const Chart without = pareto_chart({}, run), chart = pareto_chart({}, run, rows);

@@ -1,6 +1,4 @@
 // The truths that lightwell-eval judges by, against the oracles.
-#include "tools/lightwell_eval/truth.hpp"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -8,6 +6,7 @@
 #include "reference/bright_region.hpp"
 #include "reference/ggx.hpp"
 #include "reference/irradiance.hpp"
+#include "tools/lightwell_eval/truth.hpp"
 
 namespace lightwell::eval {
 namespace {
@@ -18,7 +17,8 @@ namespace ref = reference;
 Radiance place(Vec3d d) {
   const double sun = angle_between(d, normalized(Vec3d{0.3, 0.5, -0.8})) < 0.018 ? 5e4 : 0;
   const double sky = d.y > 0 ? 2 + 3 * d.y : 0.4;
-  return {static_cast<float>(sky + sun + (d.x < -0.5 ? 4 : 0)), static_cast<float>(sky + sun), static_cast<float>(1.5 * sky + sun)};
+  return {static_cast<float>(sky + sun + (d.x < -0.5 ? 4 : 0)), static_cast<float>(sky + sun),
+          static_cast<float>(1.5 * sky + sun)};
 }
 
 class TruthTest : public ::testing::Test {
@@ -38,8 +38,7 @@ class TruthTest : public ::testing::Test {
 TEST_F(TruthTest, NormalsAreTheOracles) {
   const std::vector<ref::V3> normals = ref::fibonacci_normals(2048);
   ASSERT_EQ(truth_normals().size(), normals.size());
-  for (std::size_t k = 0; k < normals.size(); ++k)
-    EXPECT_LT(ref::length(normals[k] - v3(truth_normals()[k])), 1e-12);
+  for (std::size_t k = 0; k < normals.size(); ++k) EXPECT_LT(ref::length(normals[k] - v3(truth_normals()[k])), 1e-12);
 }
 
 TEST_F(TruthTest, IrradianceIsTheOracles) {
@@ -59,7 +58,8 @@ TEST_F(TruthTest, TheBrightestRegionIsTheOracles) {
 }
 
 TEST_F(TruthTest, ReflectionsAreTheOracles) {
-  for (const Vec3d d : {Vec3d{0, 1, 0}, Vec3d{-1, 0, 0}, normalized(Vec3d{0.3, 0.4, -0.8}), normalized(Vec3d{0.2, -0.7, 0.3})}) {
+  for (const Vec3d d :
+       {Vec3d{0, 1, 0}, Vec3d{-1, 0, 0}, normalized(Vec3d{0.3, 0.4, -0.8}), normalized(Vec3d{0.2, -0.7, 0.3})}) {
     for (const double roughness : {0.3271, 0.5}) {
       const ref::Rgb truth = ref::radiance_ggx(oracle_, v3(d), roughness);
       const Color got = truth_.radiance(d, roughness);

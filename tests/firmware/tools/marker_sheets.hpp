@@ -25,8 +25,10 @@ inline MarkerBody marker_body(const std::string& solid, double size_m, PaperKind
   return *body;
 }
 
-/// How far the worst corner of a page's tags is from where the net puts it, mm; each of the page's tags must be there and no other.
-inline double worst_printed(const std::string& picture, const MarkerBody& body, const calibrate::NetPage& page, double dpi) {
+/// How far the worst corner of a page's tags is from where the net puts it, mm; each of the page's tags must be there
+/// and no other.
+inline double worst_printed(const std::string& picture, const MarkerBody& body, const calibrate::NetPage& page,
+                            double dpi) {
   const auto tags = printed_tags(picture, *parse_tag_family(body.tag_family), dpi);
   EXPECT_EQ(tags.size(), page.faces.size());
   double worst = 0;

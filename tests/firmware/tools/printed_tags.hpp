@@ -16,7 +16,8 @@
 namespace lightwell::test {
 
 /// Corners of each tag by its number, mm from the top left of the sheet, y downwards; as TagDetection has them.
-inline std::map<int, std::array<calibrate::PagePoint, 4>> printed_tags(const std::string& picture, TagFamily family, double dpi) {
+inline std::map<int, std::array<calibrate::PagePoint, 4>> printed_tags(const std::string& picture, TagFamily family,
+                                                                       double dpi) {
   std::map<int, std::array<calibrate::PagePoint, 4>> out;
   const Result<Image> image = read_image(picture);
   EXPECT_TRUE(image) << image.status().message();

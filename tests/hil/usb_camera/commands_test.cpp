@@ -125,8 +125,8 @@ TEST_F(CommandsTest, WhatIsWrongIsNamed) {
 
 TEST_F(CommandsTest, HelpNamesEachCommand) {
   const std::string help = say(R"({"command": "help"})");
-  for (const char* name : {"counters", "frames", "mark", "plug", "reset_counters", "scene", "shorten", "silence", "skip",
-                           "stall", "status", "tear", "unplug"})
+  for (const char* name : {"counters", "frames", "mark", "plug", "reset_counters", "scene", "shorten", "silence",
+                           "skip", "stall", "status", "tear", "unplug"})
     EXPECT_THAT(help, HasSubstr("\"" + std::string(name) + "\""));
 }
 
@@ -141,8 +141,9 @@ TEST(Json, ReadsFlatObjects) {
 }
 
 TEST(Json, RefusesTheRest) {
-  for (const char* bad : {"", "{", "[]", "{\"a\"}", "{\"a\": }", "{\"a\": 1,}", "{\"a\": nan}", "{\"a\": 1} x", "{a: 1}",
-                          "{\"a\": \"\\u00e9\"}", "{\"a\": \"\\x\"}", "{\"a\": \"", "{\"a\": {}}", "{\"a\": 1e999}"})
+  for (const char* bad :
+       {"", "{", "[]", "{\"a\"}", "{\"a\": }", "{\"a\": 1,}", "{\"a\": nan}", "{\"a\": 1} x", "{a: 1}",
+        "{\"a\": \"\\u00e9\"}", "{\"a\": \"\\x\"}", "{\"a\": \"", "{\"a\": {}}", "{\"a\": 1e999}"})
     EXPECT_FALSE(parse_json_object(bad)) << bad;
 }
 

@@ -10,7 +10,8 @@
 namespace lightwell::usb_camera {
 namespace {
 
-constexpr std::uint8_t kMode = 0x02, kExposure = 0x04, kGain = 0x04, kWhite = 0x0A, kAutoWhite = 0x0B, kPowerLine = 0x05;
+constexpr std::uint8_t kMode = 0x02, kExposure = 0x04, kGain = 0x04, kWhite = 0x0A, kAutoWhite = 0x0B,
+                       kPowerLine = 0x05;
 
 /// A row of the table in controls.hpp.
 struct Row {
@@ -101,7 +102,8 @@ TEST_F(ControlsTest, UnknownOnesSayWhatIsUnknown) {
 TEST_F(ControlsTest, WhatAnAutomaticHasCannotBeSet) {
   controls_.set_automatic(0.0023, 1.0 / 30);
   EXPECT_EQ(set(kCameraTerminal, kExposure, 50, 4), RequestError::wrong_state);
-  EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_info), 0x0FU) << "disabled, and it changes by itself";
+  EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_info), 0x0FU)
+      << "disabled, and it changes by itself";
   EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_cur), 23U) << "what the automatic chose";
   EXPECT_DOUBLE_EQ(controls_.settings().exposure_s, 0.0023);
   EXPECT_EQ(set(kProcessingUnit, kWhite, 5000, 2), RequestError::wrong_state);

@@ -23,7 +23,8 @@ std::vector<Block> blocks(const Bytes& all) {
       ADD_FAILURE() << "a descriptor of " << length << " bytes at " << at << " of " << all.size();
       return out;
     }
-    out.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(at), all.begin() + static_cast<std::ptrdiff_t>(at + length));
+    out.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(at),
+                     all.begin() + static_cast<std::ptrdiff_t>(at + length));
     at += length;
   }
   return out;
@@ -105,7 +106,8 @@ TEST_P(Descriptors, UnitsAreLinkedFromTheSensorToTheStream) {
         ids.insert(b.at(3));
         source[b.at(3)] = b.at(4);
         break;
-      default: ADD_FAILURE() << "subtype " << b.at(2);
+      default:
+        ADD_FAILURE() << "subtype " << b.at(2);
     }
   }
   EXPECT_EQ(ids.size(), 3U);
@@ -175,7 +177,8 @@ TEST_P(Descriptors, EveryFormatHasEverySizeAndRate) {
       case 0x0D:
         EXPECT_EQ(b, (Block{6, 0x24, 0x0D, 1, 1, 4})) << "what lightwell/pixel.hpp says of YUYV: BT.601";
         break;
-      default: ADD_FAILURE() << "subtype " << b.at(2);
+      default:
+        ADD_FAILURE() << "subtype " << b.at(2);
     }
   }
   EXPECT_EQ(formats_declared, formats.size());

@@ -138,7 +138,8 @@ TEST_F(DeviceTest, NothingThatAHostAsksHurts) {
   std::mt19937 random(20261122);
   const auto byte = [&] { return static_cast<std::uint8_t>(random()); };
   // Close to what makes sense, where the code is, and all over.
-  const std::vector<std::uint8_t> types = {0x00, 0x01, 0x02, 0x80, 0x81, 0x82, 0x21, 0xA1, 0x21, 0xA1, 0x22, 0xC0, 0x40};
+  const std::vector<std::uint8_t> types = {0x00, 0x01, 0x02, 0x80, 0x81, 0x82, 0x21,
+                                           0xA1, 0x21, 0xA1, 0x22, 0xC0, 0x40};
   const std::vector<std::uint8_t> requests = {0, 1, 3, 5, 6, 8, 9, 10, 11, 0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x87};
   for (int i = 0; i < 200'000; ++i) {
     SetupPacket packet;

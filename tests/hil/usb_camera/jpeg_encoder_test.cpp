@@ -36,7 +36,8 @@ TEST(JpegEncoder, ComesBackNearlyTheSame) {
   for (std::size_t k = 0; k < rgb.size(); ++k)
     sum += std::abs(static_cast<double>(rgb[k]) - static_cast<double>(back[k]));
   EXPECT_LT(sum / static_cast<double>(rgb.size()), 2);
-  ASSERT_TRUE(decoder.decode(*stamped(std::make_shared<const std::vector<std::byte>>(*jpeg), Encoding::mjpeg, 99), back))
+  ASSERT_TRUE(
+      decoder.decode(*stamped(std::make_shared<const std::vector<std::byte>>(*jpeg), Encoding::mjpeg, 99), back))
       << "a stamp does not hurt it";
 }
 

@@ -1,13 +1,12 @@
 #include "hil/usb_camera/redir_guest.hpp"
 
-#include <poll.h>
-#include <sys/socket.h>
-
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-
+#include <poll.h>
 #include <usbredirparser.h>
+
+#include <sys/socket.h>
 
 namespace lightwell::usb_camera::bench {
 
@@ -15,10 +14,14 @@ namespace {
 
 TransferStatus status_of(std::uint8_t wire) {
   switch (wire) {
-    case usb_redir_success: return TransferStatus::success;
-    case usb_redir_cancelled: return TransferStatus::cancelled;
-    case usb_redir_stall: return TransferStatus::stalled;
-    default: return TransferStatus::refused;
+    case usb_redir_success:
+      return TransferStatus::success;
+    case usb_redir_cancelled:
+      return TransferStatus::cancelled;
+    case usb_redir_stall:
+      return TransferStatus::stalled;
+    default:
+      return TransferStatus::refused;
   }
 }
 
@@ -81,8 +84,7 @@ struct RedirGuest::Callbacks {
     RedirGuest& g = guest(self);
     g.bulk_results[id] = status_of(h->status);
     if (g.video != nullptr)
-      g.video->complete(id, status_of(h->status),
-                        {data, data == nullptr ? 0 : static_cast<std::size_t>(count)});
+      g.video->complete(id, status_of(h->status), {data, data == nullptr ? 0 : static_cast<std::size_t>(count)});
     if (data != nullptr) usbredirparser_free_packet_data(g.parser_.get(), data);
   }
   static void iso(void* self, std::uint64_t, usb_redir_iso_packet_header*, std::uint8_t* data, int) {
@@ -117,10 +119,9 @@ RedirGuest::RedirGuest(FileDescriptor socket) : socket_(std::move(socket)), pars
   p.iso_packet_func = C::iso;
   p.interrupt_packet_func = C::interrupt;
   std::array<std::uint32_t, USB_REDIR_CAPS_SIZE> capabilities{};
-  for (const int capability :
-       {usb_redir_cap_connect_device_version, usb_redir_cap_filter, usb_redir_cap_device_disconnect_ack,
-        usb_redir_cap_ep_info_max_packet_size, usb_redir_cap_64bits_ids, usb_redir_cap_32bits_bulk_length,
-        usb_redir_cap_bulk_streams})
+  for (const int capability : {usb_redir_cap_connect_device_version, usb_redir_cap_filter,
+                               usb_redir_cap_device_disconnect_ack, usb_redir_cap_ep_info_max_packet_size,
+                               usb_redir_cap_64bits_ids, usb_redir_cap_32bits_bulk_length, usb_redir_cap_bulk_streams})
     usbredirparser_caps_set_cap(capabilities.data(), capability);
   usbredirparser_init(parser_.get(), "a test's guest", capabilities.data(), USB_REDIR_CAPS_SIZE, 0);
 }

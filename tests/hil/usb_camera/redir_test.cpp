@@ -1,12 +1,11 @@
 // The camera as QEMU meets it: over the socket, by a guest in this process.
-#include <sys/socket.h>
-
 #include <random>
 #include <thread>
 #include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 
 #include "hil/usb_camera/known_source.hpp"
 #include "hil/usb_camera/redir_guest.hpp"
@@ -17,8 +16,8 @@
 namespace lightwell::usb_camera {
 namespace {
 
-using ::testing::HasSubstr;
 using bench::RedirGuest;
+using ::testing::HasSubstr;
 
 /// A camera that runs in a thread of its own.
 class RedirTest : public ::testing::Test {
@@ -34,8 +33,7 @@ class RedirTest : public ::testing::Test {
     Subject subject;
     subject.device = device_.get();
     subject.log = &log_;
-    Result<std::unique_ptr<Server>> server =
-        Server::open({folder_.path("redir"), folder_.path("control")}, subject);
+    Result<std::unique_ptr<Server>> server = Server::open({folder_.path("redir"), folder_.path("control")}, subject);
     ASSERT_TRUE(server) << server.status().message();
     server_ = std::move(*server);
     thread_ = std::thread([this] { EXPECT_TRUE(server_->run().ok()); });
@@ -265,7 +263,8 @@ TEST_F(RedirTest, ClientsOfTheControlSocketAreBounded) {
     if (socket) clients.push_back(std::move(*socket));
   }
   const std::string endless(100'000, 'x');
-  for (const FileDescriptor& client : clients) (void)::send(client.get(), endless.data(), endless.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  for (const FileDescriptor& client : clients)
+    (void)::send(client.get(), endless.data(), endless.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   EXPECT_TRUE(test::comes_true("lines without end are hung up on, and others are served", [&] {
     return say(R"({"command": "status"})").find(R"("ok": true)") != std::string::npos;
   }));
@@ -294,7 +293,8 @@ TEST_F(PacedRedirTest, ControlsOverTheWireActOnTheFrameStated) {
   ASSERT_TRUE(g->control(0x21, 1, 0x0400, kCameraTerminal << 8, 4, {40, 0, 0, 0}));
   ASSERT_TRUE(g->stream(10));
   EXPECT_EQ(get(g->video->frames[4].bytes, 0, 4), 20U);
-  EXPECT_EQ(get(g->video->frames.back().bytes, 0, 4), 40U) << "what a frame was exposed with is in this source's pictures";
+  EXPECT_EQ(get(g->video->frames.back().bytes, 0, 4), 40U)
+      << "what a frame was exposed with is in this source's pictures";
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 /* The numbers through the C ABI are C++'s, bit for bit: of messages, and of a recording that is played. */
-#include <lightwell/conventions.h>
-#include <lightwell/lightwell.h>
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include <lightwell/conventions.h>
+#include <lightwell/lightwell.h>
 
 #include "check.h"
 

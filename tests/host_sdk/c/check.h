@@ -8,13 +8,13 @@
 static int checks_made = 0;
 static int checks_wrong = 0;
 
-#define CHECK(condition)                                                     \
-  do {                                                                       \
-    ++checks_made;                                                           \
-    if (!(condition)) {                                                      \
-      ++checks_wrong;                                                        \
+#define CHECK(condition)                                                      \
+  do {                                                                        \
+    ++checks_made;                                                            \
+    if (!(condition)) {                                                       \
+      ++checks_wrong;                                                         \
       fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); \
-    }                                                                        \
+    }                                                                         \
   } while (0)
 
 static int checks_failed(int at_least) {

@@ -1,11 +1,11 @@
 /* Handles, NULL and what is no question: answered, never followed. */
-#include <lightwell/conventions.h>
-#include <lightwell/lightwell.h>
-
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include <lightwell/conventions.h>
+#include <lightwell/lightwell.h>
 
 #include "check.h"
 #include "lamp.h"

@@ -2,8 +2,9 @@
 #ifndef LIGHTWELL_TESTS_LAMP_H
 #define LIGHTWELL_TESTS_LAMP_H
 
-#include <lightwell/lightwell.h>
 #include <stdio.h>
+
+#include <lightwell/lightwell.h>
 
 #include "check.h"
 

@@ -1,9 +1,9 @@
 /* Memory that runs out becomes a status, at whichever of a call's allocations it does; nothing is lost or changed. */
-#include <lightwell/conventions.h>
-#include <lightwell/lightwell.h>
-
 #include <stddef.h>
 #include <string.h>
+
+#include <lightwell/conventions.h>
+#include <lightwell/lightwell.h>
 
 #include "check.h"
 
@@ -52,7 +52,8 @@ static lw_status texts(void) {
 /* Not of the connection's good end, which starts a thread: glibc takes that for granted. */
 static lw_status connect_nowhere(void) {
   lw_probe* made = NULL;
-  lw_status status = lw_probe_connect("replay:/a/path/that/is/too/long/for/a/short/string", LW_ZERO_TERMINATED, NULL, &made);
+  lw_status status =
+      lw_probe_connect("replay:/a/path/that/is/too/long/for/a/short/string", LW_ZERO_TERMINATED, NULL, &made);
   CHECK(made == NULL);
   if (status == LW_NOT_FOUND) status = LW_OK;
   return status;

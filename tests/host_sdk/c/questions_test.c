@@ -1,10 +1,10 @@
 /* What is asked, and with what: bytes, sizes of structs, options, moments, strides. */
-#include <lightwell/lightwell.h>
-
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include <lightwell/lightwell.h>
 
 #include "check.h"
 #include "lamp.h"

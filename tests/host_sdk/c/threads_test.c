@@ -1,11 +1,11 @@
 /* Many threads ask one probe and one lighting while the reader thread writes: what they see is whole and never older
  * than what they saw. Run under the thread sanitizer, too. */
-#include <lightwell/lightwell.h>
-
 #include <pthread.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include <lightwell/lightwell.h>
 
 #include "check.h"
 

@@ -123,7 +123,9 @@ class Engines(unittest.TestCase):
     def test_take_a_colour_and_leave_the_residual_out(self):
         light = lightwell.Lighting.decode(MESSAGES[-2].payload)
         plain = light.to_unity(lightwell.UnityPipeline.HIGH_DEFINITION)
-        half = light.to_unity(lightwell.UnityPipeline.HIGH_DEFINITION, color=0.5 * np.eye(3), residual=lightwell.Residual.LEFT_OUT)
+        half = light.to_unity(
+            lightwell.UnityPipeline.HIGH_DEFINITION, color=0.5 * np.eye(3), residual=lightwell.Residual.LEFT_OUT
+        )
         self.assertIsNone(half.residual)
         np.testing.assert_allclose(half.sphericalHarmonicsL2, plain.sphericalHarmonicsL2 / 2, rtol=1e-5, atol=1e-3)
         self.assertEqual(half.intensity, plain.intensity / 2)
@@ -369,8 +371,14 @@ class Public(unittest.TestCase):
                              (lightwell.ThreeLights, "LW_THREE_"), (lightwell.OpenXrHarmonics, "LW_OPENXR_")):
             for member in kind:
                 self.assertEqual(getattr(lib, prefix + member.name), member.value)
-        for kind, prefix in ((Status, "LW_"), (Validity, "LW_"), (Units, "LW_"), (Derivation, "LW_"), (LinkState, "LW_LINK_"),
-                             (lightwell.Flag, "LW_FLAG_")):
+        for kind, prefix in (
+            (Status, "LW_"),
+            (Validity, "LW_"),
+            (Units, "LW_"),
+            (Derivation, "LW_"),
+            (LinkState, "LW_LINK_"),
+            (lightwell.Flag, "LW_FLAG_"),
+        ):
             for member in kind:
                 self.assertEqual(getattr(lib, prefix + member.name), member.value)
         flags = {"LW_FLAG_" + name for name in lightwell.Flag.__members__}

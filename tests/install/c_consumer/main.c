@@ -1,7 +1,7 @@
 /* An application in C outside the source tree. */
-#include <lightwell/lightwell.h>
-
 #include <stdio.h>
+
+#include <lightwell/lightwell.h>
 
 int main(void) {
   lw_lighting* light = NULL;

@@ -6,7 +6,7 @@
 namespace lightwell::reference::engines {
 
 struct Frame {
-    V3 right, up, forward;
+  V3 right, up, forward;
 };
 
 /// Right-handed, +Y up, -Z forward.
@@ -26,7 +26,7 @@ inline constexpr Frame unreal_frame{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
 
 /// What lies so far to the right, upwards and forwards, in the engine's axes.
 inline V3 in_frame(const Frame& f, double right, double up, double forward) {
-    return right * f.right + up * f.up + forward * f.forward;
+  return right * f.right + up * f.up + forward * f.forward;
 }
 
 }  // namespace lightwell::reference::engines

@@ -141,9 +141,10 @@ class Rendering {
     Rgb mean = mean_of(first_, x, y, among, table_ambient, {}, least, most);
     bool even = true;
     for (std::size_t c = 0; c < 3; ++c) even = even && most[c] - least[c] <= kEven * most[c];
-    // Each pixel's lattice lies elsewhere (Roberts 2018, the sequence R2), so that an edge along one of its lines is not
-    // wrong by the same in all of them.
-    const FacePoint shift{std::fmod(0.7548776662466927 * (x + 31 * y), 1), std::fmod(0.5698402909980532 * (x + 31 * y), 1)};
+    // Each pixel's lattice lies elsewhere (Roberts 2018, the sequence R2), so that an edge along one of its lines is
+    // not wrong by the same in all of them.
+    const FacePoint shift{std::fmod(0.7548776662466927 * (x + 31 * y), 1),
+                          std::fmod(0.5698402909980532 * (x + 31 * y), 1)};
     if (!even) mean = mean_of(closer_, x, y, among, table_ambient, shift, least, most);
     return mean;
   }
@@ -188,7 +189,8 @@ void blur(RadiancePicture& picture, double sigma) {
       for (int x = 0; x < picture.width; ++x) {
         Rgb mean{};
         for (int i = -reach; i <= reach; ++i) {
-          const int px = std::clamp(x + i * dx, 0, picture.width - 1), py = std::clamp(y + i * dy, 0, picture.height - 1);
+          const int px = std::clamp(x + i * dx, 0, picture.width - 1),
+                    py = std::clamp(y + i * dy, 0, picture.height - 1);
           const float* p = &from[offset_of(picture.width, px, py)];
           for (std::size_t c = 0; c < 3; ++c) mean[c] += kernel[static_cast<std::size_t>(i + reach)] / sum * p[c];
         }

@@ -30,8 +30,8 @@ struct RadiancePicture {
 /// mei with xi = 0, no distortion, square pixels, the axis in the picture's middle, axes the probe's: looks along -Z.
 [[nodiscard]] LensParameters pinhole_lens(int width, int height, double focal_px);
 
-/// A lens by its own model and pose. Directions are worked out once, at the corners of pixels, and interpolated between:
-/// exact for a pinhole, to 1 / (8 focal length) px otherwise.
+/// A lens by its own model and pose. Directions are worked out once, at the corners of pixels, and interpolated
+/// between: exact for a pinhole, to 1 / (8 focal length) px otherwise.
 class MarkerCamera {
  public:
   /// `lens` has passed RigParameters::validate().
@@ -54,12 +54,13 @@ class MarkerCamera {
 };
 
 struct RenderOptions {
-  /// A pixel is first the mean of samples² rays on a grid from edge to edge of its square, 2 or more. What is smaller than
-  /// 1 / (samples - 1) px may slip through.
+  /// A pixel is first the mean of samples² rays on a grid from edge to edge of its square, 2 or more. What is smaller
+  /// than 1 / (samples - 1) px may slip through.
   int samples = 3;
-  /// Where those differ by more than a part of 200 it is the mean of so many (the next Fibonacci number) on a lattice that
-  /// has no rows: a pixel knows how much of it is on which side of an upright edge to 1 / edge_rays, of any edge to
-  /// 0.5 / sqrt(edge_rays), and neighbours err independently. Nine rays alone would put a slanted tag's corners 0.3 px off.
+  /// Where those differ by more than a part of 200 it is the mean of so many (the next Fibonacci number) on a lattice
+  /// that has no rows: a pixel knows how much of it is on which side of an upright edge to 1 / edge_rays, of any edge
+  /// to 0.5 / sqrt(edge_rays), and neighbours err independently. Nine rays alone would put a slanted tag's corners 0.3
+  /// px off.
   int edge_rays = 89;
   double blur_px = 0;  ///< Standard deviation of a Gaussian, afterwards. Borders repeat.
   int threads = 1;     ///< Rows are shared out; the picture is the same.
@@ -82,8 +83,8 @@ struct SurfacePicture {
 
 [[nodiscard]] SurfacePicture see_surfaces(const MarkerScene& scene, const MarkerCamera& camera);
 
-/// Pixels of a face's tag corners as TagDetection has them: bottom left, bottom right, top right, top left. Nothing where
-/// the face is turned away or a corner has no pixel; what hides them is not asked.
+/// Pixels of a face's tag corners as TagDetection has them: bottom left, bottom right, top right, top left. Nothing
+/// where the face is turned away or a corner has no pixel; what hides them is not asked.
 [[nodiscard]] std::optional<std::array<PixelPosition, 4>> tag_corners(const MarkerScene& scene,
                                                                       const MarkerCamera& camera, std::size_t face);
 /// Of any outline of a face, likewise.

@@ -95,7 +95,8 @@ void print_truth(const MarkerScene& scene, const MarkerCamera& camera) {
   const char* comma = "";
   for (const LampTruth& lamp : lamp_truths(scene)) {
     const Vec3d &p = lamp.direction_probe, &b = lamp.direction_body;
-    std::printf("%s\n  {\"direction_probe\": [%.6f, %.6f, %.6f], \"direction_body\": [%.6f, %.6f, %.6f], ", comma, p.x, p.y, p.z, b.x, b.y, b.z);
+    std::printf("%s\n  {\"direction_probe\": [%.6f, %.6f, %.6f], \"direction_body\": [%.6f, %.6f, %.6f], ", comma, p.x,
+                p.y, p.z, b.x, b.y, b.z);
     // JSON has no infinity.
     if (std::isfinite(lamp.distance_m)) std::printf("\"distance_m\": %.6f, ", lamp.distance_m);
     std::printf("\"irradiance\": [%.6g, %.6g, %.6g]}", lamp.irradiance[0], lamp.irradiance[1], lamp.irradiance[2]);
@@ -108,7 +109,8 @@ void print_truth(const MarkerScene& scene, const MarkerCamera& camera) {
     if (!corners) continue;
     const Rgb light = face_irradiance(scene, k, {}).total();
     std::printf("%s\n  {\"tag\": %d, \"corners_px\": [", comma, scene.body.faces[k].tag_id);
-    for (std::size_t i = 0; i < 4; ++i) std::printf("%s[%.3f, %.3f]", i > 0 ? ", " : "", (*corners)[i].x, (*corners)[i].y);
+    for (std::size_t i = 0; i < 4; ++i)
+      std::printf("%s[%.3f, %.3f]", i > 0 ? ", " : "", (*corners)[i].x, (*corners)[i].y);
     std::printf("], \"irradiance\": [%.6g, %.6g, %.6g]}", light[0], light[1], light[2]);
     comma = ",";
   }
@@ -125,7 +127,8 @@ Image image_of(const RadiancePicture& radiance, const Wishes& w) {
   image.width = radiance.width;
   image.height = radiance.height;
   if (w.grey) {
-    for (const std::uint8_t code : expose_grey(radiance, exposure).pixels) image.data.insert(image.data.end(), 3, std::byte{code});
+    for (const std::uint8_t code : expose_grey(radiance, exposure).pixels)
+      image.data.insert(image.data.end(), 3, std::byte{code});
   } else {
     for (const std::uint8_t code : expose(radiance, exposure).rgb) image.data.push_back(std::byte{code});
   }
@@ -142,7 +145,8 @@ int draw(const Wishes& w) {
   options.samples = w.samples;
   options.blur_px = w.blur_px;
   options.threads = w.threads;
-  if (const Status s = write_png(w.out, image_of(render(scene, camera, options), w)); !s.ok()) return fail(s.message(), kFailed);
+  if (const Status s = write_png(w.out, image_of(render(scene, camera, options), w)); !s.ok())
+    return fail(s.message(), kFailed);
   if (w.json) print_truth(scene, camera);
   std::cerr << "marker_picture: drew " << w.out << "\n";
   return kOk;
@@ -158,7 +162,8 @@ int main(int argc, char** argv) {
       "Azimuths go round the body as it stands: 0 towards the camera, 90 to its right, 180 behind the body.\n"
       "Examples (B=firmware/estimate/marker/bodies):\n"
       "  marker_picture $B/dodecahedron_100mm_grey.textproto --lamp 45,35,0.61,0.3\n"
-      "  marker_picture $B/cube_60mm_grey.textproto --turn 30 --lamp 90,40,0,1,0.6,0.3 --lamp -60,30,0,0.1,0.2,0.5 --json\n"
+      "  marker_picture $B/cube_60mm_grey.textproto --turn 30 --lamp 90,40,0,1,0.6,0.3 --lamp -60,30,0,0.1,0.2,0.5 "
+      "--json\n"
       "Exit status: 0 drawn, 1 an input or output failed, 2 wrong usage.");
   Wishes w;
   const auto range = [](double low, double high) { return CLI::Range(low, high); };
@@ -169,10 +174,11 @@ int main(int argc, char** argv) {
   app.add_option("--distance", w.distance_m, "From camera to body, m [0.6]")->check(range(0.01, 100));
   app.add_option("--elevation", w.elevation_deg, "Of the camera above the table, degrees [30]")->check(range(-90, 90));
   app.add_option("--turn", w.turn_deg, "Of the body about its upright axis, degrees [0]");
-  app.add_option("--lamp", w.lamps,
-                 "AZIMUTH,ELEVATION,DISTANCE,LIGHT or R,G,B for LIGHT; degrees, and m from the body's middle. DISTANCE 0: a\n"
-                 "distant one, LIGHT its irradiance; else LIGHT is intensity, and irradiance LIGHT / DISTANCE^2.\n"
-                 "Again for more lamps [30,45,0,1]")
+  app.add_option(
+         "--lamp", w.lamps,
+         "AZIMUTH,ELEVATION,DISTANCE,LIGHT or R,G,B for LIGHT; degrees, and m from the body's middle. DISTANCE 0: a\n"
+         "distant one, LIGHT its irradiance; else LIGHT is intensity, and irradiance LIGHT / DISTANCE^2.\n"
+         "Again for more lamps [30,45,0,1]")
       ->allow_extra_args(false)
       ->check([](const std::string& text) {
         return numbers_of(text).empty() ? "'" + text + "' is not AZIMUTH,ELEVATION,DISTANCE,LIGHT" : std::string();

@@ -95,8 +95,8 @@ TEST(MarkerPicture, APatchsPixelsHaveAlbedoOverPiOfItsIrradiance) {
 }
 
 TEST(MarkerPicture, APixelOnAnEdgeIsTheMeanOverItsSquare) {
-  // The cube's right edge, 30 mm of 470: with a focal length of 470 px at x = 80 + 30 px, where pixel 110 has its centre;
-  // a principal point 0.3 px further covers 0.8 of it.
+  // The cube's right edge, 30 mm of 470: with a focal length of 470 px at x = 80 + 30 px, where pixel 110 has its
+  // centre; a principal point 0.3 px further covers 0.8 of it.
   MarkerScene scene;
   scene.body = cube_by_hand();
   scene.probe_body.translation = {0, 0, -0.5};
@@ -148,7 +148,8 @@ TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
       ASSERT_TRUE(found);
       EXPECT_GE(found->size(), cube ? 2u : 3u);
       for (const TagDetection& tag : *found) {
-        const auto face = std::find_if(body.faces.begin(), body.faces.end(), [&](const auto& f) { return f.tag_id == tag.id; });
+        const auto face =
+            std::find_if(body.faces.begin(), body.faces.end(), [&](const auto& f) { return f.tag_id == tag.id; });
         ASSERT_NE(face, body.faces.end()) << tag.id;
         const auto truth = tag_corners(scene, camera, static_cast<std::size_t>(face - body.faces.begin()));
         ASSERT_TRUE(truth) << tag.id;
@@ -313,7 +314,8 @@ TEST(MarkerExposure, ScalesClipsEncodesAndRepeats) {
   options.frame = 1;
   EXPECT_NE(expose_grey(picture, options).pixels, noisy.pixels);
   double sum = 0, squares = 0;
-  for (std::size_t k = 1; k < noisy.pixels.size(); ++k) sum += noisy.pixels[k], squares += noisy.pixels[k] * noisy.pixels[k];
+  for (std::size_t k = 1; k < noisy.pixels.size(); ++k)
+    sum += noisy.pixels[k], squares += noisy.pixels[k] * noisy.pixels[k];
   const double n = 9999, mean = sum / n, variance = squares / n - mean * mean;
   // 5,000 electrons and 3 of reading: 70.8 of 10,000 are 1.805 codes, and a twelfth of a code squared by rounding.
   EXPECT_NEAR(mean, 127.5, 0.08) << "four deviations of a mean of ten thousand";

@@ -103,7 +103,8 @@ Incident table_irradiance(const MarkerScene& scene, Vec3d point) {
   return world.incident(point, scene.table.value().normal, world.table_ambient(point), {{SurfaceKind::table, 0}});
 }
 
-Rgb patch_radiance(const MarkerScene& scene, std::size_t face, const FaceOutline& outline, const Rgb& albedo, int steps) {
+Rgb patch_radiance(const MarkerScene& scene, std::size_t face, const FaceOutline& outline, const Rgb& albedo,
+                   int steps) {
   const MarkerWorld world(scene);
   const WorldPolygon& polygon = world.faces().at(face);
   Rgb sum{};

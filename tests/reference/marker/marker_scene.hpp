@@ -5,11 +5,11 @@
 //   face_irradiance, irradiance_at, patch_radiance, lamp_truths, outline_centre   the truths
 //   (pictures: marker_picture.hpp; bytes: marker_exposure.hpp)
 //
-// Everything of a scene is in the probe's frame, metres, light linear in any one unit. What is computed: each surface is
-// matte and sends back albedo / pi of the light that reaches it STRAIGHT from lamps and ambient. What is left out: light
-// that surfaces send to each other; shadows of ambient light (but see MarkerTable); shadows that the table casts, so that
-// lamps below it shine through. Lamps are hidden by the body (from the table, and from itself where it is not convex) and
-// by occluders, exactly: rays against polygons and spheres.
+// Everything of a scene is in the probe's frame, metres, light linear in any one unit. What is computed: each surface
+// is matte and sends back albedo / pi of the light that reaches it STRAIGHT from lamps and ambient. What is left out:
+// light that surfaces send to each other; shadows of ambient light (but see MarkerTable); shadows that the table casts,
+// so that lamps below it shine through. Lamps are hidden by the body (from the table, and from itself where it is not
+// convex) and by occluders, exactly: rays against polygons and spheres.
 #pragma once
 
 #include <array>
@@ -63,8 +63,8 @@ struct MarkerAmbient {
 [[nodiscard]] MarkerAmbient even_ambient(const Rgb& radiance);
 /// `rows` of a Gauss-Legendre rule in height (about +Y) times 2 `rows` azimuths: for smooth functions of direction.
 [[nodiscard]] MarkerAmbient ambient_from_function(const RadianceFunction& radiance, int rows = 64);
-/// A panorama turned by R_probe_panorama. Every block x block of its pixels is one patch: energy and vector irradiance of a
-/// block are kept, its shape is not.
+/// A panorama turned by R_probe_panorama. Every block x block of its pixels is one patch: energy and vector irradiance
+/// of a block are kept, its shape is not.
 [[nodiscard]] MarkerAmbient ambient_from_panorama(const Panorama& panorama, const Quat& probe_panorama, int block = 8);
 
 /// An endless plane, seen from the side of its normal only.
@@ -73,8 +73,8 @@ struct MarkerTable {
   Vec3d normal{0, 1, 0};  ///< Up, unit.
   Rgb albedo{0.2, 0.2, 0.2};
   double radius_m = std::numeric_limits<double>::infinity();  ///< A round one about `point`.
-  /// Above 0: body and occluders dim its ambient light too, by a quadrature of so many directions over its hemisphere, at
-  /// pixels' centres. Takes seconds a picture.
+  /// Above 0: body and occluders dim its ambient light too, by a quadrature of so many directions over its hemisphere,
+  /// at pixels' centres. Takes seconds a picture.
   int ambient_directions = 0;
 };
 
@@ -96,19 +96,20 @@ struct MarkerInk {
 };
 
 struct MarkerScene {
-  MarkerBody body;   ///< Has passed validate(); its tags exist in their family.
-  Pose probe_body;   ///< T_probe_body.
+  MarkerBody body;  ///< Has passed validate(); its tags exist in their family.
+  Pose probe_body;  ///< T_probe_body.
   MarkerInk ink;
   std::vector<MarkerLamp> lamps;
   MarkerAmbient ambient;
   std::optional<MarkerTable> table;
   std::vector<MarkerOccluder> occluders;
-  Rgb background{};         ///< Radiance where there is nothing.
-  int penumbra_rings = 8;   ///< A lamp with a radius is rings² points, alike for every point that it lights. Half is a quarter of the time.
+  Rgb background{};        ///< Radiance where there is nothing.
+  int penumbra_rings = 8;  ///< A lamp with a radius is rings² points, alike for every point that it lights. Half is a
+                           ///< quarter of the time.
 };
 
-/// The plane of the face of tag `tag_id`, facing the body; `point` below the face's tag. std::out_of_range where the body
-/// has no such face.
+/// The plane of the face of tag `tag_id`, facing the body; `point` below the face's tag. std::out_of_range where the
+/// body has no such face.
 [[nodiscard]] MarkerTable table_under(const MarkerBody& body, const Pose& probe_body, int tag_id, const Rgb& albedo);
 
 enum class SurfaceKind : std::uint8_t { none, face, ball, occluder, table };
@@ -138,8 +139,8 @@ struct Incident {
 /// On the table; hidden by body and occluders, its ambient too where the table asks for it.
 [[nodiscard]] Incident table_irradiance(const MarkerScene& scene, Vec3d point);
 
-/// Mean radiance that leaves a convex part of a face with this albedo, by quadrature: the outline's triangles, each cut in
-/// steps² with one point in the middle of each.
+/// Mean radiance that leaves a convex part of a face with this albedo, by quadrature: the outline's triangles, each cut
+/// in steps² with one point in the middle of each.
 [[nodiscard]] Rgb patch_radiance(const MarkerScene& scene, std::size_t face, const FaceOutline& outline,
                                  const Rgb& albedo, int steps = 8);
 /// Of a patch of the body, with its own albedo.

@@ -33,7 +33,9 @@ MarkerScene cube_on_table() {
 }
 
 /// Solid angle of a rectangle a x b seen from h above one of its corners.
-double corner_solid_angle(double a, double b, double h) { return std::atan(a * b / (h * std::sqrt(a * a + b * b + h * h))); }
+double corner_solid_angle(double a, double b, double h) {
+  return std::atan(a * b / (h * std::sqrt(a * a + b * b + h * h)));
+}
 
 TEST(MarkerScene, BodiesByHandAreBodies) {
   EXPECT_TRUE(cube_by_hand().validate().ok()) << cube_by_hand().validate().message();
@@ -93,8 +95,8 @@ TEST(MarkerScene, TheRingsOfAWholeBallGiveTheClosedForm) {
 }
 
 TEST(MarkerScene, ALampHalfBelowTheHorizonOfAFace) {
-  // A uniform cap of angular radius r whose centre is on the horizon: radiance L = E / (pi sin^2 r), and of the upper half
-  // L times the integral of sin^2 g dg cos f df over g = 0..r, f = -pi/2..pi/2, which is L (r - sin r cos r).
+  // A uniform cap of angular radius r whose centre is on the horizon: radiance L = E / (pi sin^2 r), and of the upper
+  // half L times the integral of sin^2 g dg cos f df over g = 0..r, f = -pi/2..pi/2, which is L (r - sin r cos r).
   MarkerScene scene = cube_scene();
   scene.penumbra_rings = 64;
   const double r = 0.2;
@@ -176,7 +178,9 @@ TEST(MarkerScene, TheShadowOfACubesTopEdgeLiesWhereGeometrySays) {
   scene.lamps.push_back(NearLamp{{-0.03 + 0.2, 0.27, -0.5}, {1, 1, 1}});
   const double near = -0.03 - 0.2 * 0.06 / 0.24;
   const double hair = 1e-7;
-  const auto lit = [&](double x, std::size_t lamp) { return table_irradiance(scene, {x, -0.03, -0.5}).lamps[lamp][0] > 0; };
+  const auto lit = [&](double x, std::size_t lamp) {
+    return table_irradiance(scene, {x, -0.03, -0.5}).lamps[lamp][0] > 0;
+  };
   EXPECT_TRUE(lit(distant - hair, 0));
   EXPECT_FALSE(lit(distant + hair, 0));
   EXPECT_FALSE(lit(-0.031, 0));
@@ -212,7 +216,8 @@ TEST(MarkerScene, OccludersHideLampsFromTheBody) {
   EXPECT_GT(face_irradiance(scene, 0, {edge + 1e-6, 0}).total()[0], 4);
   // A sheet whose right edge is at x = 2 mm, either way round.
   for (const bool turned : {false, true}) {
-    PolygonOccluder sheet{{{-0.1, -0.1, -0.235}, {0.002, -0.1, -0.235}, {0.002, 0.1, -0.235}, {-0.1, 0.1, -0.235}}, {1, 1, 1}};
+    PolygonOccluder sheet{{{-0.1, -0.1, -0.235}, {0.002, -0.1, -0.235}, {0.002, 0.1, -0.235}, {-0.1, 0.1, -0.235}},
+                          {1, 1, 1}};
     if (turned) std::swap(sheet.corners[1], sheet.corners[3]);
     scene.occluders = {sheet};
     EXPECT_EQ(face_irradiance(scene, 0, {0.004 - 1e-6, 0}).total()[0], 0);
@@ -241,8 +246,8 @@ TEST(MarkerScene, ABodyDimsTheAmbientLightBesideItIfAsked) {
   const Vec3d beside{-0.05, -0.03, -0.5};
   EXPECT_NEAR(table_irradiance(scene, beside).total()[0], pi, 10 * rounding);
   scene.table->ambient_directions = 20000;
-  // Of the cube one side is seen alone, 2 cm away: two rectangles of 3 x 6 cm that stand on the plane, each seen from the
-  // level of its corner (Howell's catalogue, B-4).
+  // Of the cube one side is seen alone, 2 cm away: two rectangles of 3 x 6 cm that stand on the plane, each seen from
+  // the level of its corner (Howell's catalogue, B-4).
   const double x = 0.06 / 0.03, y = 0.02 / 0.03, xy = std::sqrt(x * x + y * y);
   const double share = 2 * (std::atan(1 / y) - y / xy * std::atan(1 / xy)) / (2 * pi);
   // Of 20,000 directions about the square root of those on the outline go wrong.

@@ -8,12 +8,12 @@
 
 namespace lightwell::reference {
 
-/// The camera is at the probe's origin and looks along -Z at the body's origin. Azimuths go round the body's +Y, which is
-/// up: 0 towards the camera, a quarter turn to the camera's right, half a turn behind the body.
+/// The camera is at the probe's origin and looks along -Z at the body's origin. Azimuths go round the body's +Y, which
+/// is up: 0 towards the camera, a quarter turn to the camera's right, half a turn behind the body.
 struct MarkerStage {
-  double distance_m = 0.6;   ///< From the camera to the body's origin.
+  double distance_m = 0.6;     ///< From the camera to the body's origin.
   double elevation_rad = 0.5;  ///< The camera's above the horizon, seen from the body.
-  double turn_rad = 0;       ///< Of the body about its +Y: its +Z points to this azimuth.
+  double turn_rad = 0;         ///< Of the body about its +Y: its +Z points to this azimuth.
 
   [[nodiscard]] Quat tilt() const { return Quat::about({1, 0, 0}, elevation_rad); }
   [[nodiscard]] Pose probe_body() const {
@@ -23,7 +23,8 @@ struct MarkerStage {
   [[nodiscard]] Vec3d up() const { return rotate(tilt(), Vec3d{0, 1, 0}); }
   [[nodiscard]] Vec3d direction(double azimuth_rad, double elevation_above_table_rad) const {
     const double flat = std::cos(elevation_above_table_rad);
-    return rotate(tilt(), Vec3d{flat * std::sin(azimuth_rad), std::sin(elevation_above_table_rad), flat * std::cos(azimuth_rad)});
+    return rotate(
+        tilt(), Vec3d{flat * std::sin(azimuth_rad), std::sin(elevation_above_table_rad), flat * std::cos(azimuth_rad)});
   }
   /// So far from the body's origin, probe's frame.
   [[nodiscard]] Vec3d place(double azimuth_rad, double elevation_above_table_rad, double from_body_m) const {

@@ -33,8 +33,12 @@ std::vector<Vec3d> corners_of(const WorldPolygon& polygon) {
 
 WorldPolygon face_polygon(const MarkerFace& face, const Pose& probe_body) {
   const Pose at = compose(probe_body, face.body_face);
-  WorldPolygon out{at.translation, rotate(at.rotation, Vec3d{1, 0, 0}), rotate(at.rotation, Vec3d{0, 1, 0}),
-                   rotate(at.rotation, Vec3d{0, 0, 1}), face.outline, {}};
+  WorldPolygon out{at.translation,
+                   rotate(at.rotation, Vec3d{1, 0, 0}),
+                   rotate(at.rotation, Vec3d{0, 1, 0}),
+                   rotate(at.rotation, Vec3d{0, 0, 1}),
+                   face.outline,
+                   {}};
   out.bounds = bounds_of(corners_of(out));
   return out;
 }
@@ -97,8 +101,8 @@ std::array<double, 4> two_bands(Vec3d d) {
 struct Disc {
   Vec3d direction;
   double half_angle = 0, distance = kNever;
-  Rgb irradiance{};  ///< At normal incidence.
-  double radius = 0; ///< Of the ball whose image it is; 0 at infinity.
+  Rgb irradiance{};   ///< At normal incidence.
+  double radius = 0;  ///< Of the ball whose image it is; 0 at infinity.
 };
 
 Disc disc_of(const MarkerLamp& lamp, Vec3d point) {
@@ -286,7 +290,8 @@ Rgb MarkerWorld::lamp_irradiance(const MarkerLamp& lamp, Vec3d point, Vec3d norm
       const Vec3d d = u * (r * std::cos(phi)) + v * (r * std::sin(phi)) + disc.direction * z;
       const double c = dot(normal, d);
       if (c <= 0) continue;
-      const double surface = disc.distance * z - std::sqrt(std::max(0.0, disc.radius * disc.radius - std::pow(disc.distance * r, 2)));
+      const double surface =
+          disc.distance * z - std::sqrt(std::max(0.0, disc.radius * disc.radius - std::pow(disc.distance * r, 2)));
       if (!hidden(point, d, disc.radius > 0 ? surface : kNever, hiding)) seen += c;
     }
   }

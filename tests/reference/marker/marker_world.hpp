@@ -1,4 +1,5 @@
-// A MarkerScene made ready for rays: faces as polygons in the probe's frame, and what hides what. Inside of this folder.
+// A MarkerScene made ready for rays: faces as polygons in the probe's frame, and what hides what. Inside of this
+// folder.
 //   MarkerWorld
 #pragma once
 

@@ -10,8 +10,8 @@
 
 namespace lightwell::reference {
 
-/// Centre in the origin. Faces 0 to 3 look along +Z, +X, -Z, -X with their tags' up along +Y; 4 is the top, 5 the bottom.
-/// Tags of three fifths of the edge in a rim, and right and left of that patches of 0.5 and (0.6, 0.4, 0.2).
+/// Centre in the origin. Faces 0 to 3 look along +Z, +X, -Z, -X with their tags' up along +Y; 4 is the top, 5 the
+/// bottom. Tags of three fifths of the edge in a rim, and right and left of that patches of 0.5 and (0.6, 0.4, 0.2).
 inline MarkerBody cube_by_hand(double edge_m = 0.06) {
   MarkerBody body;
   body.name = "cube by hand";

@@ -255,9 +255,20 @@ def read_exr(path):
 def seams(faces):
     """RMS difference along each of the twelve edges of the cube, relative; each pair is two rows or columns of pixels."""
     px, nx, py, ny, pz, nz = (faces[k] for k in ("px", "nx", "py", "ny", "pz", "nz"))
-    pairs = {"nz_px": (nz[:, -1], px[:, 0]), "px_pz": (px[:, -1], pz[:, 0]), "pz_nx": (pz[:, -1], nx[:, 0]), "nx_nz": (nx[:, -1], nz[:, 0]),
-             "nz_py": (nz[0], py[-1]), "px_py": (px[0, ::-1], py[:, -1]), "pz_py": (pz[0, ::-1], py[0]), "nx_py": (nx[0], py[:, 0]),
-             "nz_ny": (nz[-1], ny[0]), "px_ny": (px[-1], ny[:, -1]), "pz_ny": (pz[-1, ::-1], ny[-1]), "nx_ny": (nx[-1, ::-1], ny[:, 0])}
+    pairs = {
+        "nz_px": (nz[:, -1], px[:, 0]),
+        "px_pz": (px[:, -1], pz[:, 0]),
+        "pz_nx": (pz[:, -1], nx[:, 0]),
+        "nx_nz": (nx[:, -1], nz[:, 0]),
+        "nz_py": (nz[0], py[-1]),
+        "px_py": (px[0, ::-1], py[:, -1]),
+        "pz_py": (pz[0, ::-1], py[0]),
+        "nx_py": (nx[0], py[:, 0]),
+        "nz_ny": (nz[-1], ny[0]),
+        "px_ny": (px[-1], ny[:, -1]),
+        "pz_ny": (pz[-1, ::-1], ny[-1]),
+        "nx_ny": (nx[-1, ::-1], ny[:, 0]),
+    }
     return {k: rel_rms(a, b) for k, (a, b) in pairs.items()}
 
 
@@ -282,9 +293,16 @@ def check(folder):
 
     # What the figure would be were something turned round (a ninth of the pixels is enough to tell).
     normals, some, wrong = np.concatenate([n for _, _, n in samples])[::9], every[::9], {}
-    for name, m in {"x_negated": np.diag([-1, 1, 1]), "y_negated": np.diag([1, -1, 1]), "z_negated": np.diag([1, 1, -1]),
-                    "x_and_z_negated": np.diag([-1, 1, -1]), "x_z_swapped": np.eye(3)[[2, 1, 0]], "x_y_swapped": np.eye(3)[[1, 0, 2]],
-                    "y_z_swapped": np.eye(3)[[0, 2, 1]], "all_negated": -np.eye(3)}.items():
+    for name, m in {
+        "x_negated": np.diag([-1, 1, 1]),
+        "y_negated": np.diag([1, -1, 1]),
+        "z_negated": np.diag([1, 1, -1]),
+        "x_and_z_negated": np.diag([-1, 1, -1]),
+        "x_z_swapped": np.eye(3)[[2, 1, 0]],
+        "x_y_swapped": np.eye(3)[[1, 0, 2]],
+        "y_z_swapped": np.eye(3)[[0, 2, 1]],
+        "all_negated": -np.eye(3),
+    }.items():
         wrong[name] = rel_rms(irradiance(faces, normals @ m.T), some)
     for k in ("py", "pz"):
         wrong[f"face_{k}_left_right"] = rel_rms(irradiance(faces | {k: faces[k][:, ::-1]}, normals), some)
@@ -308,9 +326,17 @@ def check(folder):
     # Edges that two faces share agree; the irradiance hardly feels a dim face turned round, these edges do.
     result["seam_rms_relative"] = seams(faces)
     result["worst_seam_if_one_face_is_wrong"] = {
-        f"{k}_{name}": max(seams(faces | {k: faces[k][turn] if name != "transposed" else faces[k].transpose(1, 0, 2)}).values())
-        for k in FACES for name, turn in {"left_right": np.s_[:, ::-1], "upside_down": np.s_[::-1],
-                                          "half_turned": np.s_[::-1, ::-1], "transposed": None}.items()}
+        f"{k}_{name}": max(
+            seams(faces | {k: faces[k][turn] if name != "transposed" else faces[k].transpose(1, 0, 2)}).values()
+        )
+        for k in FACES
+        for name, turn in {
+            "left_right": np.s_[:, ::-1],
+            "upside_down": np.s_[::-1],
+            "half_turned": np.s_[::-1, ::-1],
+            "transposed": None,
+        }.items()
+    }
 
     assert result["rms_relative"] < 0.01, result
     assert result["lamp_centroid_off_by_deg"] < 0.1 and abs(result["lamp_solid_angle_ratio"] - 1) < 0.02, result
@@ -351,22 +377,57 @@ def describe(args, noise, seconds):
         "world": "right-handed, metres, +Y up, the viewer at the origin looks along -Z, +X to his right",
         "radiance": "linear, Rec. 709 primaries, one relative unit throughout; irradiance = radiance of the ball * pi / reflectance",
         "rows": "row 0 of every file is the top of the picture, column 0 its left",
-        "made_with": {"mitsuba": mi.__version__, "variant": mi.variant(), "integrator": "path, unlimited depth, Russian roulette from 5",
-                      "filter": "box (a pixel is the mean over its area)", "sampler": "multijitter", "seed": SEED, "seconds": round(seconds)},
-        "faces": {"size": FACE_SIZE, "fov_deg": 90.0, "samples_per_pixel": args.face_spp, "position": [0.0, 0.0, 0.0],
-                  "direction_of_pixel": "forward + (2(col+0.5)/size-1) right + (1-2(row+0.5)/size) up, then normalised",
-                  "list": {k: {"file": f"face_{k}.exr", "forward": floats(f), "right": floats(np.cross(f, u)), "up": floats(u)}
-                           for k, (f, u) in FACES.items()}},
-        "ball": {"centre": [0.0, 0.0, 0.0], "radius_m": BALL_RADIUS, "reflectance": BALL_REFLECTANCE, "samples_per_pixel": args.ball_spp,
-                 "direction_of_pixel": "forward + tan(fov/2) ((2(col+0.5)/width-1) right + (1-2(row+0.5)/height) true_up), then normalised",
-                 "cameras": [{"file": f"ball_{i}.exr", "position": [float(q) + 0.0 for q in ball_camera(i)[0]], "target": [0.0, 0.0, 0.0],
-                              "up": floats(BALL_CAMERAS[i][1]), "fov_deg": BALL_FOV, "fov_axis": "x (the pictures are square: y too)",
-                              "width": BALL_SIZE, "height": BALL_SIZE, "forward": floats(ball_camera(i)[1]),
-                              "right": floats(ball_camera(i)[2]), "true_up": floats(ball_camera(i)[3])} for i in range(len(BALL_CAMERAS))]},
-        "emitters_from_the_origin": {name: emitter_seen(c, u, v, r) | {"radiance_rgb": r} for name, c, u, v, r in LAMPS},
-        "scene": {"walls": [dict(zip(("name", "centre", "half_u", "half_v", "reflectance"), q)) for q in WALLS],
-                  "boxes": [dict(zip(("name", "centre", "half_size", "turn_about_y_deg", "reflectance"), q)) for q in BOXES],
-                  "emitters": [dict(zip(("name", "centre", "half_u", "half_v", "radiance"), q)) for q in LAMPS]},
+        "made_with": {
+            "mitsuba": mi.__version__,
+            "variant": mi.variant(),
+            "integrator": "path, unlimited depth, Russian roulette from 5",
+            "filter": "box (a pixel is the mean over its area)",
+            "sampler": "multijitter",
+            "seed": SEED,
+            "seconds": round(seconds),
+        },
+        "faces": {
+            "size": FACE_SIZE,
+            "fov_deg": 90.0,
+            "samples_per_pixel": args.face_spp,
+            "position": [0.0, 0.0, 0.0],
+            "direction_of_pixel": "forward + (2(col+0.5)/size-1) right + (1-2(row+0.5)/size) up, then normalised",
+            "list": {
+                k: {"file": f"face_{k}.exr", "forward": floats(f), "right": floats(np.cross(f, u)), "up": floats(u)}
+                for k, (f, u) in FACES.items()
+            },
+        },
+        "ball": {
+            "centre": [0.0, 0.0, 0.0],
+            "radius_m": BALL_RADIUS,
+            "reflectance": BALL_REFLECTANCE,
+            "samples_per_pixel": args.ball_spp,
+            "direction_of_pixel": "forward + tan(fov/2) ((2(col+0.5)/width-1) right + (1-2(row+0.5)/height) true_up), then normalised",
+            "cameras": [
+                {
+                    "file": f"ball_{i}.exr",
+                    "position": [float(q) + 0.0 for q in ball_camera(i)[0]],
+                    "target": [0.0, 0.0, 0.0],
+                    "up": floats(BALL_CAMERAS[i][1]),
+                    "fov_deg": BALL_FOV,
+                    "fov_axis": "x (the pictures are square: y too)",
+                    "width": BALL_SIZE,
+                    "height": BALL_SIZE,
+                    "forward": floats(ball_camera(i)[1]),
+                    "right": floats(ball_camera(i)[2]),
+                    "true_up": floats(ball_camera(i)[3]),
+                }
+                for i in range(len(BALL_CAMERAS))
+            ],
+        },
+        "emitters_from_the_origin": {
+            name: emitter_seen(c, u, v, r) | {"radiance_rgb": r} for name, c, u, v, r in LAMPS
+        },
+        "scene": {
+            "walls": [dict(zip(("name", "centre", "half_u", "half_v", "reflectance"), q)) for q in WALLS],
+            "boxes": [dict(zip(("name", "centre", "half_size", "turn_about_y_deg", "reflectance"), q)) for q in BOXES],
+            "emitters": [dict(zip(("name", "centre", "half_u", "half_v", "radiance"), q)) for q in LAMPS],
+        },
         "noise": noise,
     }
 
@@ -410,7 +471,7 @@ def main():
         noise = {
             "how": "RMS of half the difference of two independent half renders (one standard deviation of their mean), relative to the RMS",
             "irradiance_from_faces": rel_rms(ea, eb) / 2,
-            "irradiance_from_faces_largest": float(np.abs(ea - eb).max() / 2 / np.sqrt(np.mean(ea ** 2))),
+            "irradiance_from_faces_largest": float(np.abs(ea - eb).max() / 2 / np.sqrt(np.mean(ea**2))),
             "face_pixel_without_emitters": rel_rms(flat[0][dark], flat[1][dark]) / 2,
             "ball_pixel_each_camera": ball_noise,
         }
@@ -422,7 +483,12 @@ def main():
     scene["self_check"] = figures
     if not args.check:
         (args.out / "scene.json").write_text(json.dumps(scene, indent=1) + "\n")
-    print(json.dumps({"noise": scene["noise"], "self_check": figures, "lamp": scene["emitters_from_the_origin"]["lamp"]}, indent=1))
+    print(
+        json.dumps(
+            {"noise": scene["noise"], "self_check": figures, "lamp": scene["emitters_from_the_origin"]["lamp"]},
+            indent=1,
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -28,15 +28,12 @@ class FolderSource final : public Source {
     info_.height = image->height;
     info_.format = image->format;
     info_.lenses = static_cast<int>(first.files.size());
-    info_.exposure_s.assign(static_cast<std::size_t>(first.info.bracket_size),
-                            first.info.exposure_s);
+    info_.exposure_s.assign(static_cast<std::size_t>(first.info.bracket_size), first.info.exposure_s);
     // From the back: the first round's exposures are the ones that are declared.
     for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame)
-      info_.exposure_s[static_cast<std::size_t>(frame->info.bracket_index)] =
-          frame->info.exposure_s;
+      info_.exposure_s[static_cast<std::size_t>(frame->info.bracket_index)] = frame->info.exposure_s;
     const Duration length = frames_.back().info.mid_exposure - first.info.mid_exposure;
-    if (length.ns > 0)
-      info_.frame_rate = static_cast<double>(frames_.size() - 1) / length.seconds();
+    if (length.ns > 0) info_.frame_rate = static_cast<double>(frames_.size() - 1) / length.seconds();
 
     const fs::path calibration = folder_ / "calibration.textproto";
     std::error_code error;
@@ -93,9 +90,7 @@ Result<std::unique_ptr<Source>> open_folder(const std::string& path) {
   if (!folder.has_filename()) folder = folder.parent_path();  // A slash at the end.
   const std::string list = (folder / "frames.csv").string();
   std::ifstream file(list, std::ios::binary);
-  if (!file)
-    return Status(StatusCode::not_found,
-                  list + ": not there; a folder to replay lists its pictures in it");
+  if (!file) return Status(StatusCode::not_found, list + ": not there; a folder to replay lists its pictures in it");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   Result<std::vector<ListedFrame>> frames = parse_frame_list(text, list);
   if (!frames) return frames.status();

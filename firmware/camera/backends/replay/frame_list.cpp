@@ -10,15 +10,13 @@
 namespace lightwell::replay {
 namespace {
 
-const std::vector<std::string_view> kColumns = {"file",   "lens",          "exposure_s",
-                                                "time_s", "bracket_index", "bracket_size",
-                                                "gain",   "row_readout_s"};
+const std::vector<std::string_view> kColumns = {"file",          "lens",         "exposure_s", "time_s",
+                                                "bracket_index", "bracket_size", "gain",       "row_readout_s"};
 const std::vector<std::string_view> kRequired = {"file", "exposure_s", "time_s"};
 
 struct Row {
   std::string file;
-  double lens = 0, exposure_s = 0, time_s = 0, bracket_index = 0, bracket_size = 1, gain = 1,
-         row_readout_s = 0;
+  double lens = 0, exposure_s = 0, time_s = 0, bracket_index = 0, bracket_size = 1, gain = 1, row_readout_s = 0;
 };
 
 double* number(Row& row, std::string_view column) {
@@ -79,8 +77,7 @@ class Parser {
     for (const std::string_view column : fields_of(line)) {
       if (std::ranges::find(kColumns, column) == kColumns.end()) {
         const std::string near = nearest_name(column, kColumns);
-        return bad("no column '" + std::string(column) + "'" +
-                   (near.empty() ? "" : "; did you mean '" + near + "'?"));
+        return bad("no column '" + std::string(column) + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
       }
       if (std::ranges::find(columns_, column) != columns_.end())
         return bad("column '" + std::string(column) + "' is there twice");
@@ -95,8 +92,7 @@ class Parser {
   [[nodiscard]] Status read_row(std::string_view line, Row& row) const {
     const std::vector<std::string_view> fields = fields_of(line);
     if (fields.size() != columns_.size())
-      return bad(std::to_string(fields.size()) + " values for " + std::to_string(columns_.size()) +
-                 " columns");
+      return bad(std::to_string(fields.size()) + " values for " + std::to_string(columns_.size()) + " columns");
     for (std::size_t i = 0; i < fields.size(); ++i) {
       double* const target = number(row, columns_[i]);
       if (target == nullptr) {
@@ -111,8 +107,7 @@ class Parser {
     if (row.file.empty()) return bad("no file");
     if (!(row.exposure_s > 0)) return bad("exposure_s must be positive");
     if (!(row.gain > 0)) return bad("gain must be positive");
-    if (!(row.row_readout_s >= 0 && row.row_readout_s <= 1))
-      return bad("row_readout_s must be 0 to 1");
+    if (!(row.row_readout_s >= 0 && row.row_readout_s <= 1)) return bad("row_readout_s must be 0 to 1");
     // Seconds since 1970 fit, and so do nanoseconds into 64 bits.
     if (!(row.time_s >= 0 && row.time_s < 4e9)) return bad("time_s must be 0 to 4e9");
     if (!is_index(row.lens, kMaxLenses)) return bad("lens must be 0 or 1");
@@ -124,12 +119,10 @@ class Parser {
   }
 
   [[nodiscard]] Status add(const Row& row) {
-    const bool same_frame =
-        previous_ && previous_->time_s == row.time_s && previous_->exposure_s == row.exposure_s;
+    const bool same_frame = previous_ && previous_->time_s == row.time_s && previous_->exposure_s == row.exposure_s;
     if (same_frame) {
       if (previous_->bracket_index != row.bracket_index || previous_->gain != row.gain ||
-          previous_->bracket_size != row.bracket_size ||
-          previous_->row_readout_s != row.row_readout_s)
+          previous_->bracket_size != row.bracket_size || previous_->row_readout_s != row.row_readout_s)
         return bad("the lenses of one frame must have the same bracket, gain and row_readout_s");
     } else {
       if (previous_ && row.time_s <= previous_->time_s) return bad("time_s must grow");
@@ -138,8 +131,8 @@ class Parser {
     }
     auto& files = frames_.back().files;
     if (row.lens != static_cast<double>(files.size()))
-      return bad("lens " + std::to_string(static_cast<int>(row.lens)) + " where lens " +
-                 std::to_string(files.size()) + " of the frame was expected");
+      return bad("lens " + std::to_string(static_cast<int>(row.lens)) + " where lens " + std::to_string(files.size()) +
+                 " of the frame was expected");
     files.push_back(row.file);
     previous_ = row;
     return {};
@@ -151,8 +144,8 @@ class Parser {
     const ListedFrame& first = frames_.front();
     const ListedFrame& last = frames_.back();
     if (last.files.size() != first.files.size())
-      return bad("the frame above has " + std::to_string(last.files.size()) +
-                 " lenses, the first one has " + std::to_string(first.files.size()));
+      return bad("the frame above has " + std::to_string(last.files.size()) + " lenses, the first one has " +
+                 std::to_string(first.files.size()));
     if (last.info.bracket_size != first.info.bracket_size)
       return bad("the frame above has another bracket_size than the first one");
     return {};

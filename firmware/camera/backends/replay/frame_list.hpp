@@ -24,7 +24,6 @@ struct ListedFrame {
 
 /// Every frame has as many files and as large a bracket as the first. invalid_argument names `name`
 /// and the line.
-[[nodiscard]] Result<std::vector<ListedFrame>> parse_frame_list(std::string_view text,
-                                                                const std::string& name);
+[[nodiscard]] Result<std::vector<ListedFrame>> parse_frame_list(std::string_view text, const std::string& name);
 
 }  // namespace lightwell::replay

@@ -34,11 +34,10 @@ class RecordingSource final : public Source {
         info_.exposure_s[static_cast<std::size_t>(now.bracket_index)] = now.exposure_s;
       last = now;
     }
-    if (!first)
-      return {StatusCode::data_loss, path + ": no frame that can be shown is in it; record again"};
+    if (!first) return {StatusCode::data_loss, path + ": no frame that can be shown is in it; record again"};
     if (last->sequence > first->sequence)
-      info_.frame_rate = static_cast<double>(last->sequence - first->sequence) /
-                         (last->mid_exposure - first->mid_exposure).seconds();
+      info_.frame_rate =
+          static_cast<double>(last->sequence - first->sequence) / (last->mid_exposure - first->mid_exposure).seconds();
     rewind();
     return {};
   }
@@ -72,8 +71,7 @@ class RecordingSource final : public Source {
       if (out.view_count == out.views.size()) break;
       std::vector<std::byte>& picture = out.pictures[out.view_count];
       picture.assign(view.data.begin(), view.data.end());
-      out.views[out.view_count++] = {view.lens,   view.format, view.width,
-                                     view.height, view.stride, picture};
+      out.views[out.view_count++] = {view.lens, view.format, view.width, view.height, view.stride, picture};
     }
     return true;
   }
@@ -84,8 +82,7 @@ class RecordingSource final : public Source {
     info_.height = view.height;
     info_.format = view.format;
     info_.lenses = static_cast<int>(frame.view_count);
-    info_.exposure_s.assign(static_cast<std::size_t>(frame.info.bracket_size),
-                            frame.info.exposure_s);
+    info_.exposure_s.assign(static_cast<std::size_t>(frame.info.bracket_size), frame.info.exposure_s);
   }
 
   RecordReader reader_;

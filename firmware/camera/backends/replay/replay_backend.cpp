@@ -33,8 +33,7 @@ ProbeTime now() { return {monotonic_now_ns()}; }
 
 class ReplayBackend final : public CameraBackend {
  public:
-  ReplayBackend(Options options, double rate_asked)
-      : options_(std::move(options)), rate_asked_(rate_asked) {}
+  ReplayBackend(Options options, double rate_asked) : options_(std::move(options)), rate_asked_(rate_asked) {}
   ~ReplayBackend() override { stop(); }
 
   [[nodiscard]] Result<CameraInfo> open() override {
@@ -53,8 +52,7 @@ class ReplayBackend final : public CameraBackend {
 
   [[nodiscard]] Status start(FrameSink& sink) override {
     if (!source_) return {StatusCode::failed_precondition, "replay: open() comes before start()"};
-    if (player_.joinable())
-      return {StatusCode::failed_precondition, "replay: stop() comes before the next start()"};
+    if (player_.joinable()) return {StatusCode::failed_precondition, "replay: stop() comes before the next start()"};
     slots_->begin();
     source_->rewind();
     state_ = State::streaming;
@@ -102,8 +100,7 @@ class ReplayBackend final : public CameraBackend {
       const FrameSlots::Ready ready = slots_->wait_ready();
       if (ready.slot == FrameSlots::kNone) break;
       FrameInfo info = timeline_->place(slots_->frame(ready.slot).info);
-      const bool shown =
-          options_.pace == Pace::fast ? await_loan(info) : await_moment(ready.came, info);
+      const bool shown = options_.pace == Pace::fast ? await_loan(info) : await_moment(ready.came, info);
       if (!shown) {
         slots_->drop(ready.slot);
         continue;
@@ -119,8 +116,7 @@ class ReplayBackend final : public CameraBackend {
   /// Fast: whenever a frame may be lent. False when stopped.
   [[nodiscard]] bool await_loan(FrameInfo& info) {
     if (!slots_->wait_may_lend()) return false;
-    info.mid_exposure =
-        timeline_->move_to(now() - Timeline::until_read_out(info, source_->info().height));
+    info.mid_exposure = timeline_->move_to(now() - Timeline::until_read_out(info, source_->info().height));
     return true;
   }
 
@@ -149,8 +145,7 @@ class ReplayBackend final : public CameraBackend {
 
 }  // namespace
 
-Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri,
-                                                           const CameraConfig& config) {
+Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri, const CameraConfig& config) {
   if (Status s = check_parameters(uri, {"loop", "pace"}); !s.ok()) return s;
   Options options;
   options.path = uri.path;
@@ -164,12 +159,10 @@ Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri,
     } else if (value == "recorded" || value == "fast") {
       options.pace = value == "fast" ? Pace::fast : Pace::recorded;
     } else {
-      return Status(StatusCode::invalid_argument,
-                    "replay: pace '" + value + "' must be recorded or fast");
+      return Status(StatusCode::invalid_argument, "replay: pace '" + value + "' must be recorded or fast");
     }
   }
-  return std::unique_ptr<CameraBackend>(
-      std::make_unique<ReplayBackend>(std::move(options), config.frame_rate));
+  return std::unique_ptr<CameraBackend>(std::make_unique<ReplayBackend>(std::move(options), config.frame_rate));
 }
 
 }  // namespace lightwell

@@ -35,7 +35,7 @@ namespace lightwell {
 ///
 /// invalid_argument for parameters that make no sense; open() says not_found, data_loss or
 /// invalid_argument.
-[[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_replay_backend(
-    const CameraUri& uri, const CameraConfig& config);
+[[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri,
+                                                                         const CameraConfig& config);
 
 }  // namespace lightwell

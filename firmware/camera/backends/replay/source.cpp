@@ -36,17 +36,14 @@ bool can_be_shown(const StoredFrame& frame, const CameraInfo& info) {
   if (frame.info.exposure_s > 3600 || frame.info.row_readout.ns < 0 ||
       frame.info.row_readout > Duration::from_seconds(1))
     return false;
-  if (frame.info.mid_exposure.ns < 0 || frame.info.mid_exposure.ns > (std::int64_t{1} << 62))
-    return false;
+  if (frame.info.mid_exposure.ns < 0 || frame.info.mid_exposure.ns > (std::int64_t{1} << 62)) return false;
   for (std::size_t i = 0; i < frame.view_count; ++i) {
     const View& view = frame.views[i];
-    if (view.lens < 0 || view.lens >= kMaxLenses || (i > 0 && view.lens <= frame.views[i - 1].lens))
-      return false;
+    if (view.lens < 0 || view.lens >= kMaxLenses || (i > 0 && view.lens <= frame.views[i - 1].lens)) return false;
     if (view.width != info.width || view.height != info.height || view.format != info.format ||
         !size_fits(view.format, view.width, view.height))
       return false;
-    if (view.stride % pixel_alignment(view.format) != 0 ||
-        view.stride < packed_stride(view.format, view.width) ||
+    if (view.stride % pixel_alignment(view.format) != 0 || view.stride < packed_stride(view.format, view.width) ||
         view.data.size() < picture_bytes(view.format, view.stride, view.height))
       return false;
   }
@@ -55,8 +52,7 @@ bool can_be_shown(const StoredFrame& frame, const CameraInfo& info) {
 
 Result<std::unique_ptr<Source>> open_source(const std::string& path) {
   std::error_code error;
-  if (path.empty())
-    return Status(StatusCode::invalid_argument, "replay: no path; write replay:room.lwrec");
+  if (path.empty()) return Status(StatusCode::invalid_argument, "replay: no path; write replay:room.lwrec");
   if (std::filesystem::is_directory(path, error)) return open_folder(path);
   return open_recording(path);
 }

@@ -31,8 +31,7 @@ FrameInfo Timeline::place(const FrameInfo& recorded) {
     placed.mid_exposure = std::max(start_, last_placed_.mid_exposure + Duration{1});
   } else if (follows(recorded, last_recorded_)) {
     placed.sequence = last_placed_.sequence + (recorded.sequence - last_recorded_.sequence);
-    placed.mid_exposure =
-        last_placed_.mid_exposure + (recorded.mid_exposure - last_recorded_.mid_exposure);
+    placed.mid_exposure = last_placed_.mid_exposure + (recorded.mid_exposure - last_recorded_.mid_exposure);
   } else {
     placed.sequence = last_placed_.sequence + 1;
     placed.mid_exposure = last_placed_.mid_exposure + interval_;

@@ -20,9 +20,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kRenderThreads = 2;
 constexpr std::uint64_t kStillBrackets = 4;
 
-std::uint64_t rounded_up(std::uint64_t n, std::uint64_t step) {
-  return (n + step - 1) / step * step;
-}
+std::uint64_t rounded_up(std::uint64_t n, std::uint64_t step) { return (n + step - 1) / step * step; }
 
 /// From `least` frames on, in steps, up to twice as many: so many that hold most nearly a whole number of periods, by
 /// the frequency that would be exact.
@@ -40,18 +38,16 @@ std::uint64_t closing_cycle(std::uint64_t least, std::uint64_t step, double peri
 }
 
 Status too_large(const RingRequest& request) {
-  return {StatusCode::resource_exhausted,
-          "sim: one bracket of frames takes " +
-              std::to_string((request.bracket * request.bytes_per_picture) >> 20) +
-              " MiB, more than the " + std::to_string(request.memory_cap >> 20) +
-              " MiB that the simulator allows itself: use a smaller picture"};
+  return {StatusCode::resource_exhausted, "sim: one bracket of frames takes " +
+                                              std::to_string((request.bracket * request.bytes_per_picture) >> 20) +
+                                              " MiB, more than the " + std::to_string(request.memory_cap >> 20) +
+                                              " MiB that the simulator allows itself: use a smaller picture"};
 }
 
 /// Says how far the rendering is, once it has taken long enough to be worth a word.
 class Reporter {
  public:
-  Reporter(const RenderProgress& progress, std::uint64_t total)
-      : progress_(progress), total_(total) {}
+  Reporter(const RenderProgress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
 
   void one_done() {
     const std::lock_guard lock(mutex_);
@@ -91,19 +87,16 @@ Result<RingPlan> plan_moving(const RingRequest& request) {
   RingPlan plan;
   plan.bracket = request.bracket;
   plan.switch_period = request.switch_period;
-  const std::uint64_t step = request.switch_period > 0
-                                 ? std::lcm(request.bracket, 2 * request.switch_period)
-                                 : request.bracket;
+  const std::uint64_t step =
+      request.switch_period > 0 ? std::lcm(request.bracket, 2 * request.switch_period) : request.bracket;
   plan.wanted = rounded_up(std::max<std::uint64_t>(request.frames, 1), step);
-  const std::uint64_t room =
-      request.memory_cap / std::max<std::size_t>(request.bytes_per_picture, 1);
+  const std::uint64_t room = request.memory_cap / std::max<std::size_t>(request.bytes_per_picture, 1);
   if (request.periods_per_frame > 0) plan.wanted = closing_cycle(plan.wanted, step, request.periods_per_frame);
   plan.cycle = plan.wanted;
   if (plan.wanted > room) {
     plan.cycle = room / request.bracket * request.bracket;
     if (plan.cycle == 0) return too_large(request);
-    if (plan.switch_period > 0)
-      plan.switch_period = std::clamp<std::uint64_t>(plan.cycle / 2, 1, plan.switch_period);
+    if (plan.switch_period > 0) plan.switch_period = std::clamp<std::uint64_t>(plan.cycle / 2, 1, plan.switch_period);
   }
   if (request.periods_per_frame > 0) {
     const auto cycle = static_cast<double>(plan.cycle);
@@ -126,8 +119,7 @@ Result<RingPlan> plan_still(const RingRequest& request) {
   return plan;
 }
 
-void FrameRing::render(const RingPlan& plan, const RingSource& source,
-                       const RenderProgress& progress) {
+void FrameRing::render(const RingPlan& plan, const RingSource& source, const RenderProgress& progress) {
   plan_ = plan;
   std::vector<LensRenderer> lenses;
   lens_start_ = {0};
@@ -151,8 +143,7 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source,
       for (std::size_t l = 0; l < lenses.size(); ++l) {
         const sim::LensRays& rays = lenses[l].rays;
         if (!same) {
-          radiance[l].resize(3 * static_cast<std::size_t>(rays.width()) *
-                             static_cast<std::size_t>(rays.height()));
+          radiance[l].resize(3 * static_cast<std::size_t>(rays.width()) * static_cast<std::size_t>(rays.height()));
           lenses[l].radiance(*source.scene, index, radiance[l]);
         }
         std::span<const float> light = radiance[l];
@@ -161,11 +152,10 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source,
           lenses[l].flicker(index, source.exposure_s[p % plan.bracket], light, flickering);
           light = flickering;
         }
-        const sim::Exposure exposure{source.exposure_s[p % plan.bracket], source.gain, p,
-                                     static_cast<int>(l)};
-        lenses[l].sensor.develop(light, exposure,
-                                 std::span(memory_).subspan(p * lens_start_.back() + lens_start_[l],
-                                                            lenses[l].sensor.bytes()));
+        const sim::Exposure exposure{source.exposure_s[p % plan.bracket], source.gain, p, static_cast<int>(l)};
+        lenses[l].sensor.develop(
+            light, exposure,
+            std::span(memory_).subspan(p * lens_start_.back() + lens_start_[l], lenses[l].sensor.bytes()));
       }
       rendered = index;
       reporter.one_done();

@@ -43,21 +43,20 @@ CameraInfo SimBackend::describe() const {
   info.exposure_s = options_.exposure_s;
   info.calibration = world_->rig;
   if (cleaning().any()) {
-    info.notes.push_back("the panorama held numbers that are no radiance: replaced " +
-                         std::to_string(cleaning().nan) + " NaN, " +
-                         std::to_string(cleaning().infinite) + " infinite, " +
+    info.notes.push_back("the panorama held numbers that are no radiance: replaced " + std::to_string(cleaning().nan) +
+                         " NaN, " + std::to_string(cleaning().infinite) + " infinite, " +
                          std::to_string(cleaning().negative) + " negative values");
   }
   const RingPlan& plan = ring_.plan();
   if (plan.pictures() < plan.wanted) {
-    info.notes.push_back("a ring of " + std::to_string(plan.pictures()) + " frames; " +
-                         std::to_string(plan.wanted) + " would take more than 1 GiB");
+    info.notes.push_back("a ring of " + std::to_string(plan.pictures()) + " frames; " + std::to_string(plan.wanted) +
+                         " would take more than 1 GiB");
   }
   if (options_.flicker.hz > 0) {
     const double hz = plan.periods_per_frame * scene_rate(options_);
     if (std::abs(hz - options_.flicker.hz) > 1e-6 * hz) {
-      info.notes.push_back("light flickers at " + std::to_string(hz) + " Hz, so that " +
-                           std::to_string(plan.cycle) + " frames hold a whole number of periods");
+      info.notes.push_back("light flickers at " + std::to_string(hz) + " Hz, so that " + std::to_string(plan.cycle) +
+                           " frames hold a whole number of periods");
     }
   }
   return info;
@@ -143,18 +142,15 @@ void SimBackend::push_frame(FrameSink& sink, std::uint64_t sequence, ProbeTime d
   info.gain = options_.gain;
   info.row_readout = Duration::from_seconds(options_.readout_s);
   // Without ticks frames come as densely as exposures may not: equal delays keep their order.
-  const double exposing =
-      exposing_s(options_, options_.frame_rate > 0
-                     ? info.exposure_s
-                     : *std::max_element(options_.exposure_s.begin(), options_.exposure_s.end()));
-  info.mid_exposure =
-      due - Duration::from_seconds(exposing / 2 + options_.height / 2.0 * options_.readout_s);
+  const double exposing = exposing_s(
+      options_, options_.frame_rate > 0 ? info.exposure_s
+                                        : *std::max_element(options_.exposure_s.begin(), options_.exposure_s.end()));
+  info.mid_exposure = due - Duration::from_seconds(exposing / 2 + options_.height / 2.0 * options_.readout_s);
   info.delivered = probe_time(Clock::now());
   sink.push(std::move(frame));
 }
 
-Result<std::unique_ptr<CameraBackend>> make_sim_backend(const CameraUri& uri,
-                                                        const CameraConfig& config) {
+Result<std::unique_ptr<CameraBackend>> make_sim_backend(const CameraUri& uri, const CameraConfig& config) {
   Result<SimOptions> options = parse_sim_options(uri, config);
   if (!options) return options.status();
   return std::unique_ptr<CameraBackend>(std::make_unique<SimBackend>(std::move(*options)));

@@ -46,9 +46,7 @@ class SimBackend final : public CameraBackend, public FrameOwner {
   /// After open(): the world, for Scene::state_at() and Scene::radiance().
   [[nodiscard]] const sim::Scene& scene() const { return world_->scene; }
   /// The index for Scene::state_at() of the frame with this number.
-  [[nodiscard]] std::uint64_t scene_index(std::uint64_t sequence) const {
-    return ring_.plan().scene_index(sequence);
-  }
+  [[nodiscard]] std::uint64_t scene_index(std::uint64_t sequence) const { return ring_.plan().scene_index(sequence); }
 
   void release(int slot) override;
 
@@ -73,7 +71,6 @@ class SimBackend final : public CameraBackend, public FrameOwner {
 };
 
 /// invalid_argument for a URI or a configuration that can never work.
-[[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_sim_backend(const CameraUri& uri,
-                                                                      const CameraConfig& config);
+[[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_sim_backend(const CameraUri& uri, const CameraConfig& config);
 
 }  // namespace lightwell

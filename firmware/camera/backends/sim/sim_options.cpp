@@ -25,8 +25,7 @@ Status set_parameter(SimOptions& options, const std::string& name, const std::st
       return {};
     }
     std::string known;
-    for (const PixelFormat f : kPixelFormats)
-      known += (known.empty() ? "" : ", ") + std::string(to_string(f));
+    for (const PixelFormat f : kPixelFormats) known += (known.empty() ? "" : ", ") + std::string(to_string(f));
     return bad("'" + value + "' is none of " + known);
   }
   if (name == "turn") return assign(options.turn_rad_per_s, parse_turn_rad_per_s(value));
@@ -74,16 +73,14 @@ Result<SimOptions> parse_sim_options(const CameraUri& uri, const CameraConfig& c
   options.frame_rate = config.frame_rate;
   options.gain = config.gain;
   for (const auto& [name, value] : uri.parameters) {
-    if (Status set = set_parameter(options, name, value); !set.ok())
-      return bad("sim: " + name + ": " + set.message());
+    if (Status set = set_parameter(options, name, value); !set.ok()) return bad("sim: " + name + ": " + set.message());
   }
   for (const auto& [name, value] : uri.parameters) {
     if (name == "depth" && options.flicker.hz == 0)
       return bad("sim: depth=" + value + " is of a flicker: add flicker=100hz");
   }
   if (!config.exposure_s.empty()) {
-    if (!options.exposure_s.empty())
-      return bad("sim: exposures are given in the URI and in camera.exposure_s: which?");
+    if (!options.exposure_s.empty()) return bad("sim: exposures are given in the URI and in camera.exposure_s: which?");
     options.exposure_s = config.exposure_s;
   }
   if (Status sane = check(options); !sane.ok()) return bad("sim: " + sane.message());

@@ -18,16 +18,16 @@
 namespace lightwell {
 
 struct SimOptions {
-  std::string scene;         ///< A name or a path: sim/panorama.hpp's scene_path().
-  std::string rig = "pair";  ///< sim/rigs.hpp's make_rig().
-  PixelFormat sensor = PixelFormat::rgb_f32;  ///< As in to_string(PixelFormat).
-  double turn_rad_per_s = 0;                  ///< "30deg/s", "0.5rad/s"; a bare number is deg/s.
-  double switch_s = 0;                        ///< The lamps change every so long; 0: never.
-  std::uint64_t ring = 32;  ///< Frames of a moving scene before it repeats; each costs memory.
-  std::uint64_t seed = 1;   ///< Of the noise.
-  double readout_s = 0;     ///< From one row's exposure to the next row's.
+  std::string scene;                                 ///< A name or a path: sim/panorama.hpp's scene_path().
+  std::string rig = "pair";                          ///< sim/rigs.hpp's make_rig().
+  PixelFormat sensor = PixelFormat::rgb_f32;         ///< As in to_string(PixelFormat).
+  double turn_rad_per_s = 0;                         ///< "30deg/s", "0.5rad/s"; a bare number is deg/s.
+  double switch_s = 0;                               ///< The lamps change every so long; 0: never.
+  std::uint64_t ring = 32;                           ///< Frames of a moving scene before it repeats; each costs memory.
+  std::uint64_t seed = 1;                            ///< Of the noise.
+  double readout_s = 0;                              ///< From one row's exposure to the next row's.
   sim::MainsFlicker flicker{.hz = 0, .depth = 0.3};  ///< As deep as of fluorescent tubes and simple LED lamps.
-  std::vector<double> exposure_s;  ///< A bracket; empty: one that suits the scene.
+  std::vector<double> exposure_s;                    ///< A bracket; empty: one that suits the scene.
   double gain = 1;
   int width = 0, height = 0;
   double frame_rate = 0;  ///< 0: as fast as frames are taken.
@@ -36,8 +36,7 @@ struct SimOptions {
 /// Of the URI and the configuration; exposures may come from either, not from both. Durations take
 /// the suffixes s, ms and us; a bare number is seconds. invalid_argument names the parameter, its
 /// value and what it may be.
-[[nodiscard]] Result<SimOptions> parse_sim_options(const CameraUri& uri,
-                                                   const CameraConfig& config);
+[[nodiscard]] Result<SimOptions> parse_sim_options(const CameraUri& uri, const CameraConfig& config);
 
 /// "100hz" -> 100. Up to 1000; zero and negative numbers are refused.
 [[nodiscard]] Result<double> parse_frequency_hz(std::string_view text);

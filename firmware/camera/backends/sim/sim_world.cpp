@@ -36,8 +36,7 @@ Result<RingPlan> plan_ring(const SimOptions& options, const RigParameters& rig) 
   request.frames = options.ring;
   request.bracket = options.exposure_s.size();
   for (const LensParameters& lens : rig.lenses) {
-    request.bytes_per_picture +=
-        picture_bytes(options.sensor, packed_stride(options.sensor, lens.width), lens.height);
+    request.bytes_per_picture += picture_bytes(options.sensor, packed_stride(options.sensor, lens.width), lens.height);
   }
   if (options.switch_s > 0) {
     const double frames = std::clamp(options.switch_s * scene_rate(options), 1.0, 1e6);

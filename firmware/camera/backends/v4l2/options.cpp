@@ -38,15 +38,17 @@ Status set_parameter(Options& options, const std::string& name, const std::strin
   if (name == "gain") return assign(options.gain, uri_number<int>(value, -1000000, 1000000));
   if (name == "white_balance") return assign(options.white_balance_kelvin, uri_number<int>(value, 1000, 20000));
   if (name == "power_line") return assign(options.power_line, power_line(value));
-  if (name == "control_delay") return assign(options.control_delay, uri_number<int>(value, 1, ExposureSchedule::kMaxDelay));
+  if (name == "control_delay")
+    return assign(options.control_delay, uri_number<int>(value, 1, ExposureSchedule::kMaxDelay));
   return assign(options.row_readout, uri_row_readout(value));
 }
 
 }  // namespace
 
 Result<Options> parse_options(const CameraUri& uri, const CameraConfig& config) {
-  static const std::vector<std::string_view> kKnown = {"width", "height",        "fps",        "format",  "exposure",
-                                                       "gain",  "white_balance", "power_line", "readout", "control_delay"};
+  static const std::vector<std::string_view> kKnown = {"width",    "height",       "fps",           "format",
+                                                       "exposure", "gain",         "white_balance", "power_line",
+                                                       "readout",  "control_delay"};
   if (Status known = check_parameters(uri, kKnown); !known.ok()) return known;
   Options options;
   options.path = uri.path;

@@ -65,7 +65,8 @@ void AddPoints(const PointTable& table, const LightPoints& points, float (&out)[
   for (std::size_t k = 0; k < points.count; k += lanes) {
     // Lanes beyond the last point hold what an earlier one left there: any number, but no light.
     const auto there = hn::FirstN(d, points.count - k);
-    const V x = hn::Load(d, points.x.data() + k), y = hn::Load(d, points.y.data() + k), z = hn::Load(d, points.z.data() + k);
+    const V x = hn::Load(d, points.x.data() + k), y = hn::Load(d, points.y.data() + k),
+            z = hn::Load(d, points.z.data() + k);
     const V r = hn::IfThenElseZero(there, hn::Load(d, points.r.data() + k));
     const V g = hn::IfThenElseZero(there, hn::Load(d, points.g.data() + k));
     const V b = hn::IfThenElseZero(there, hn::Load(d, points.b.data() + k));
@@ -91,7 +92,8 @@ void AddPoints(const PointTable& table, const LightPoints& points, float (&out)[
     }
   }
   for (std::size_t i = 0; i < kRowCount; ++i)
-    for (std::size_t c = 0; c < 3; ++c) out[c][i] += hn::GetLane(hn::SumOfLanes(d, hn::Load(d, sums + (3 * i + c) * lanes)));
+    for (std::size_t c = 0; c < 3; ++c)
+      out[c][i] += hn::GetLane(hn::SumOfLanes(d, hn::Load(d, sums + (3 * i + c) * lanes)));
 }
 
 }  // namespace HWY_NAMESPACE

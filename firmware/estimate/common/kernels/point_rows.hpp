@@ -1,5 +1,5 @@
-// The vector kernel of light at single directions: the functions of a BasisRow are worked out for a vector of directions
-// at a time.
+// The vector kernel of light at single directions: the functions of a BasisRow are worked out for a vector of
+// directions at a time.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ struct LightPoints {
   alignas(64) std::array<float, kMost> r{}, g{}, b{};
 };
 
-/// out[c][i] += sum over the points of light c times function i of a BasisRow, in float: within 2e-6 of the largest function
-/// times the sum of amounts.
+/// out[c][i] += sum over the points of light c times function i of a BasisRow, in float: within 2e-6 of the largest
+/// function times the sum of amounts.
 void add_points(const LightPoints& points, float (&out)[3][kRowCount]);
 
 }  // namespace lightwell::estimate

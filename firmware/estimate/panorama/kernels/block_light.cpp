@@ -30,7 +30,8 @@ BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCode
   const D d;
   const hn::Rebind<std::int32_t, D> di;
   const std::size_t lanes = hn::Lanes(d);
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0F), unit = hn::Set(d, run.unit), plain_unit = hn::Set(d, run.plain_unit);
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0F), unit = hn::Set(d, run.unit),
+          plain_unit = hn::Set(d, run.plain_unit);
   const V from = hn::Set(d, run.linear_from), radiance = hn::Set(d, run.radiance), half_y = hn::Set(d, run.half_y);
   V noise = zero, bias = zero, clipped_sr = zero;
   for (std::size_t b = 0; b < blocks; b += lanes) {
@@ -71,7 +72,8 @@ BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCode
     }
     const V variance = hn::Add(hn::MulAdd(hn::Set(d, run.shot), hn::Max(mean[1], zero), hn::Set(d, run.read2)),
                                hn::Mul(hn::Mul(step, step), hn::Set(d, 1.0F / 12)));
-    const V clipped = hn::Mul(load(worth.solid_angle), hn::Min(one, hn::Mul(load(codes.clipped), load(worth.per_pixel))));
+    const V clipped =
+        hn::Mul(load(worth.solid_angle), hn::Min(one, hn::Mul(load(codes.clipped), load(worth.per_pixel))));
 
     // What lies beyond the last block is no block's.
     const std::size_t left = blocks - b;

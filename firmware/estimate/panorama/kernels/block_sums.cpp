@@ -7,6 +7,7 @@
 #include <hwy/foreach_target.h>
 // After foreach_target.h, says Highway.
 #include <hwy/highway.h>
+
 #include "estimate/panorama/kernels/strips_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -14,9 +15,9 @@ namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-// Neighbouring columns are added, and again, until a block is one column. Each step picks the even and the odd columns out
-// of two vectors; 15 lanes (30 of 16 bits) at a time hold whole columns of 1 and of 3 channels, 16 (32) of 1 and of 2. All
-// steps that lead to one vector of blocks are done before the next: nothing in between is stored.
+// Neighbouring columns are added, and again, until a block is one column. Each step picks the even and the odd columns
+// out of two vectors; 15 lanes (30 of 16 bits) at a time hold whole columns of 1 and of 3 channels, 16 (32) of 1 and
+// of 2. All steps that lead to one vector of blocks are done before the next: nothing in between is stored.
 struct FoldTables {
   alignas(64) std::uint32_t even32[16]{}, odd32[16]{};
   alignas(64) std::uint16_t even16[32]{}, odd16[32]{};
@@ -103,11 +104,16 @@ void SumBlocksOf(const LaneSums& lanes, std::size_t channels, std::size_t blocks
 void SumBlocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
   const auto count = static_cast<std::size_t>(channels);
   switch (edge) {
-    case 16: return SumBlocksOf<4>(lanes, count, blocks, across);
-    case 8: return SumBlocksOf<3>(lanes, count, blocks, across);
-    case 4: return SumBlocksOf<2>(lanes, count, blocks, across);
-    case 2: return SumBlocksOf<1>(lanes, count, blocks, across);
-    default: return SumBlocksOf<0>(lanes, count, blocks, across);
+    case 16:
+      return SumBlocksOf<4>(lanes, count, blocks, across);
+    case 8:
+      return SumBlocksOf<3>(lanes, count, blocks, across);
+    case 4:
+      return SumBlocksOf<2>(lanes, count, blocks, across);
+    case 2:
+      return SumBlocksOf<1>(lanes, count, blocks, across);
+    default:
+      return SumBlocksOf<0>(lanes, count, blocks, across);
   }
 }
 #else

@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h>
 // After foreach_target.h, says Highway.
 #include <hwy/highway.h>
+
 #include "estimate/panorama/kernels/bracket_sources_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -16,9 +17,9 @@ constexpr float kContradiction = 0.5F;
 
 /// What the pixels of a part see.
 struct Seen {
-  VF weight;       ///< Solid angle times inverse vignetting.
+  VF weight;  ///< Solid angle times inverse vignetting.
   VF solid_angle;
-  VF brighten;     ///< Inverse vignetting.
+  VF brighten;  ///< Inverse vignetting.
 };
 
 template <bool kQuads>
@@ -44,13 +45,17 @@ HWY_INLINE Seen seen_at(const BracketRow& row, std::size_t at) {
 
 HWY_INLINE void add_to(float* to, VF v) { hn::StoreU(hn::Add(hn::LoadU(DF(), to), v), DF(), to); }
 
-/// A row's numbers beside what they are multiplied with: copies, as what is stored to memory might change the originals.
+/// A row's numbers beside what they are multiplied with: copies, as what is stored to memory might change the
+/// originals.
 struct Constants {
   float scale[kMaxBracket], inverse[kMaxBracket], deviations[kMaxBracket], at_least[kMaxBracket];
   float hidden, hidden_until, depth, share, luminance[3];
 
   explicit Constants(const BracketRow& row)
-      : hidden(row.worth->hidden), hidden_until(row.worth->hidden_until), depth(row.depth), share(row.share),
+      : hidden(row.worth->hidden),
+        hidden_until(row.worth->hidden_until),
+        depth(row.depth),
+        share(row.share),
         luminance{row.luminance[0], row.luminance[1], row.luminance[2]} {
     for (int k = 0; k < row.count; ++k) {
       scale[k] = row.exposures[static_cast<std::size_t>(k)].scale;
@@ -86,8 +91,8 @@ HWY_NOINLINE Merged bound_clipped(const BracketRow& row, const AnySample* sample
 }
 
 template <bool kQuads, class AnySample>
-HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const BracketColumns& out, const AnySample* samples,
-                           int count, std::size_t p, std::size_t at, const Seen& seen) {
+HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const BracketColumns& out,
+                           const AnySample* samples, int count, std::size_t p, std::size_t at, const Seen& seen) {
   const DF d;
   const D32 d32;
   const VF zero = hn::Zero(d);
@@ -116,8 +121,8 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
       VF differ = hn::Sub(light_before, light);
       VF doubt = hn::MulAdd(hn::Set(d, c.share), light, hn::Add(deviation_before, deviation));
       if (!hn::AllTrue(d, both)) {
-        // Where one is saturated it says "at least": twice the deviations of the other keep a noisy pixel from being taken
-        // for a dark one.
+        // Where one is saturated it says "at least": twice the deviations of the other keep a noisy pixel from being
+        // taken for a dark one.
         const VF at_least = hn::IfThenElse(told, hn::Set(d, c.at_least[k - 1]), hn::Set(d, c.at_least[k]));
         const VF lone = hn::MulAdd(hn::Set(d, 2.0F), hn::IfThenElse(told, deviation, deviation_before),
                                    hn::IfThenElse(told, light, light_before));
@@ -182,7 +187,8 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
       const std::size_t part = at + p * lanes;
       Seen seen = seen_at<kQuads>(row, part);
       for (std::size_t y = 0; y < (kQuads ? 2 : 1); ++y) {
-        const std::size_t first = (kQuads ? 2 : 1) * part + y * row.next_row, bytes = (kQuads ? 2 : 1) * sizeof(float) * lanes;
+        const std::size_t first = (kQuads ? 2 : 1) * part + y * row.next_row,
+                          bytes = (kQuads ? 2 : 1) * sizeof(float) * lanes;
         fetch(row.solid_angle + first, row.ahead, bytes);
         fetch(row.inverse_vignetting + first, row.ahead, bytes);
       }
@@ -201,11 +207,21 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
 void MergeRow(const BracketRow& row, std::size_t begin, std::size_t end, std::size_t readable_end,
               const BracketColumns& out) {
   switch (row.source) {
-    case BracketSource::interleaved8: merge_rows<Interleaved8, false>(row, begin, end, readable_end, out); return;
-    case BracketSource::linear8: merge_rows<Linear8, false>(row, begin, end, readable_end, out); return;
-    case BracketSource::planes8: merge_rows<Planes8, false>(row, begin, end, readable_end, out); return;
-    case BracketSource::mosaic8: merge_rows<Mosaic8, true>(row, begin, end, readable_end, out); return;
-    case BracketSource::mosaic16: merge_rows<Mosaic16, true>(row, begin, end, readable_end, out); return;
+    case BracketSource::interleaved8:
+      merge_rows<Interleaved8, false>(row, begin, end, readable_end, out);
+      return;
+    case BracketSource::linear8:
+      merge_rows<Linear8, false>(row, begin, end, readable_end, out);
+      return;
+    case BracketSource::planes8:
+      merge_rows<Planes8, false>(row, begin, end, readable_end, out);
+      return;
+    case BracketSource::mosaic8:
+      merge_rows<Mosaic8, true>(row, begin, end, readable_end, out);
+      return;
+    case BracketSource::mosaic16:
+      merge_rows<Mosaic16, true>(row, begin, end, readable_end, out);
+      return;
   }
 }
 
@@ -214,8 +230,8 @@ HWY_INLINE V8 top_of(const PlaneRow& row, std::size_t at) {
   return hn::Max(hn::LoadU(d, row.r + at), hn::Max(hn::LoadU(d, row.g + at), hn::LoadU(d, row.b + at)));
 }
 
-void SharedTops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
-                std::uint8_t* out_below) {
+void SharedTops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from,
+                std::uint8_t* out, std::uint8_t* out_below) {
   const D8 d;
   const hn::RepartitionToWide<D8> d16;
   const std::size_t n = hn::Lanes(d);
@@ -255,8 +271,10 @@ void FoldColumns(const BracketColumns& columns, int pairs, const std::array<floa
   float* light = out.luminance + first;
   float* across = out.across + first;
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const VF r = hn::LoadU(d, columns.r + first + i), g = hn::LoadU(d, columns.g + first + i), b = hn::LoadU(d, columns.b + first + i);
-    hn::StoreU(hn::MulAdd(hn::Set(d, luminance[0]), r, hn::MulAdd(hn::Set(d, luminance[1]), g, hn::Mul(hn::Set(d, luminance[2]), b))),
+    const VF r = hn::LoadU(d, columns.r + first + i), g = hn::LoadU(d, columns.g + first + i),
+             b = hn::LoadU(d, columns.b + first + i);
+    hn::StoreU(hn::MulAdd(hn::Set(d, luminance[0]), r,
+                          hn::MulAdd(hn::Set(d, luminance[1]), g, hn::Mul(hn::Set(d, luminance[2]), b))),
                d, light + i);
     hn::StoreU(hn::Zero(d), d, across + i);
   }
@@ -292,8 +310,8 @@ HWY_EXPORT(MergeRow);
 HWY_EXPORT(FoldColumns);
 HWY_EXPORT(SharedTops);
 
-void shared_tops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from, std::uint8_t* out,
-                 std::uint8_t* out_below) {
+void shared_tops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from,
+                 std::uint8_t* out, std::uint8_t* out_below) {
   HWY_DYNAMIC_DISPATCH(SharedTops)(row, below, pixels, saturated_from, out, out_below);
 }
 

@@ -7,9 +7,9 @@
 #define LIGHTWELL_KERNELS_BRACKET_SOURCES_INL
 #endif
 
-#include "estimate/panorama/kernels/bracket_rows.hpp"
-
 #include <hwy/highway.h>
+
+#include "estimate/panorama/kernels/bracket_rows.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightwell::estimate {
@@ -41,8 +41,8 @@ HWY_INLINE void fetch(const void* at, std::ptrdiff_t ahead, std::size_t bytes) {
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(reinterpret_cast<const void*>(from + i));
 }
 
-/// Linear values and weight of one exposure's pixels of a strip, as they wait in memory. `top` is that of the brightest of
-/// the four sites of a mosaic's quad, and not used elsewhere.
+/// Linear values and weight of one exposure's pixels of a strip, as they wait in memory. `top` is that of the brightest
+/// of the four sites of a mosaic's quad, and not used elsewhere.
 struct Sample {
   Four r, g, b, weight, top;
   HWY_INLINE Sample() {}
@@ -141,14 +141,15 @@ class Worth {
  private:
   static HWY_INLINE __m512i bytes(const std::uint8_t* table, __m512i codes, __mmask64 high) {
     const __m512i below = _mm512_permutex2var_epi8(_mm512_load_si512(table), codes, _mm512_load_si512(table + 64));
-    const __m512i above = _mm512_permutex2var_epi8(_mm512_load_si512(table + 128), codes, _mm512_load_si512(table + 192));
+    const __m512i above =
+        _mm512_permutex2var_epi8(_mm512_load_si512(table + 128), codes, _mm512_load_si512(table + 192));
     return _mm512_mask_blend_epi8(high, below, above);
   }
   static HWY_INLINE Four floats(__m512i low01, __m512i high01, __m512i low23, __m512i high23) {
     return {VF{_mm512_castsi512_ps(_mm512_unpacklo_epi16(low01, low23))},
-             VF{_mm512_castsi512_ps(_mm512_unpackhi_epi16(low01, low23))},
-             VF{_mm512_castsi512_ps(_mm512_unpacklo_epi16(high01, high23))},
-             VF{_mm512_castsi512_ps(_mm512_unpackhi_epi16(high01, high23))}};
+            VF{_mm512_castsi512_ps(_mm512_unpackhi_epi16(low01, low23))},
+            VF{_mm512_castsi512_ps(_mm512_unpacklo_epi16(high01, high23))},
+            VF{_mm512_castsi512_ps(_mm512_unpackhi_epi16(high01, high23))}};
   }
 
   const CodeWorth& worth_;
@@ -178,7 +179,8 @@ class Worth {
     const hn::RepartitionToWide<D8> d16;
     const hn::Half<decltype(d16)> half16;
     Four out;
-    const auto low = hn::PromoteTo(d16, hn::LowerHalf(half, codes)), high = hn::PromoteTo(d16, hn::UpperHalf(half, codes));
+    const auto low = hn::PromoteTo(d16, hn::LowerHalf(half, codes)),
+               high = hn::PromoteTo(d16, hn::UpperHalf(half, codes));
     const auto gather = [&](auto v16) HWY_ATTR { return hn::GatherIndex(DF(), table, hn::PromoteTo(DI32(), v16)); };
     out.part[0] = gather(hn::LowerHalf(half16, low));
     out.part[1] = gather(hn::UpperHalf(half16, low));
@@ -237,7 +239,8 @@ class LinearCodes {
   }
   HWY_INLINE VF at(std::size_t p) const {
     const D32 d;
-    const auto code = hn::And(hn::Vec<D32>{_mm512_srl_epi32(codes_.raw, _mm_cvtsi64_si128(static_cast<long long>(8 * p)))}, hn::Set(d, 255));
+    const auto code = hn::And(
+        hn::Vec<D32>{_mm512_srl_epi32(codes_.raw, _mm_cvtsi64_si128(static_cast<long long>(8 * p)))}, hn::Set(d, 255));
     return hn::Add(hn::ConvertTo(DF(), hn::BitCast(DI32(), code)), hn::Set(DF(), from_));
   }
 
@@ -253,12 +256,13 @@ class LinearCodes {
     const hn::Half<D8> half;
     const hn::RepartitionToWide<D8> d16;
     const hn::Half<decltype(d16)> half16;
-    const auto low = hn::PromoteTo(d16, hn::LowerHalf(half, codes)), high = hn::PromoteTo(d16, hn::UpperHalf(half, codes));
+    const auto low = hn::PromoteTo(d16, hn::LowerHalf(half, codes)),
+               high = hn::PromoteTo(d16, hn::UpperHalf(half, codes));
     const auto floats = [&](auto v16) HWY_ATTR {
       return hn::Add(hn::ConvertTo(DF(), hn::PromoteTo(DI32(), v16)), hn::Set(DF(), from));
     };
-    values_ = {floats(hn::LowerHalf(half16, low)), floats(hn::UpperHalf(half16, low)), floats(hn::LowerHalf(half16, high)),
-                floats(hn::UpperHalf(half16, high))};
+    values_ = {floats(hn::LowerHalf(half16, low)), floats(hn::UpperHalf(half16, low)),
+               floats(hn::LowerHalf(half16, high)), floats(hn::UpperHalf(half16, high))};
   }
   HWY_INLINE VF at(std::size_t p) const { return values_.part[p]; }
 
@@ -323,7 +327,8 @@ class Mosaic8 : public Interleaved8 {
 class Mosaic16 {
  public:
   using Sample = HWY_NAMESPACE::Sample;
-  explicit Mosaic16(const CodeWorth& worth) : worth_(worth), top_(static_cast<std::uint32_t>(worth.linear.size() - 1)) {}
+  explicit Mosaic16(const CodeWorth& worth)
+      : worth_(worth), top_(static_cast<std::uint32_t>(worth.linear.size() - 1)) {}
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const D32 d;
     const auto top_code = hn::Set(d, top_);

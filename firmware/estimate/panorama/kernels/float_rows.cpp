@@ -1,6 +1,7 @@
 #include "estimate/panorama/kernels/float_rows.hpp"
 
 #include <cstdint>
+
 #include <lightwell/color.hpp>
 
 #undef HWY_TARGET_INCLUDE
@@ -34,10 +35,12 @@ HWY_INLINE bool within(D d, const std::byte* rgb, std::size_t floats, float scal
 }
 
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void add(D d, V r, V g, V b, const float* solid_angle, float depth, const FloatColumns& out, std::size_t at) {
+HWY_INLINE void add(D d, V r, V g, V b, const float* solid_angle, float depth, const FloatColumns& out,
+                    std::size_t at) {
   const V sr = hn::LoadU(d, solid_angle + at);
-  const V luminance = hn::MulAdd(r, hn::Set(d, kLuminanceWeights[0]),
-                                 hn::MulAdd(g, hn::Set(d, kLuminanceWeights[1]), hn::Mul(b, hn::Set(d, kLuminanceWeights[2]))));
+  const V luminance =
+      hn::MulAdd(r, hn::Set(d, kLuminanceWeights[0]),
+                 hn::MulAdd(g, hn::Set(d, kLuminanceWeights[1]), hn::Mul(b, hn::Set(d, kLuminanceWeights[2]))));
   hn::StoreU(hn::MulAdd(r, sr, hn::LoadU(d, out.r + at)), d, out.r + at);
   hn::StoreU(hn::MulAdd(g, sr, hn::LoadU(d, out.g + at)), d, out.g + at);
   hn::StoreU(hn::MulAdd(b, sr, hn::LoadU(d, out.b + at)), d, out.b + at);

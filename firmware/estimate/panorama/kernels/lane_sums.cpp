@@ -7,6 +7,7 @@
 #include <hwy/foreach_target.h>
 // After foreach_target.h, says Highway.
 #include <hwy/highway.h>
+
 #include "estimate/panorama/kernels/strips_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -235,7 +236,8 @@ class TableSums {
  private:
   /// Each block of 128 bits of the first half holds the lower eight lanes of sixteen, of the second the upper eight.
   static HWY_INLINE void store(const __m512i (&plane)[2][2], std::uint32_t* to) {
-    const __m512i first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), second = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+    const __m512i first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11),
+                  second = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
     for (int half = 0; half < 2; ++half) {
       const __m512i order = half == 0 ? first : second;
       const __m512i low = _mm512_permutex2var_epi64(plane[0][0], order, plane[0][1]);
@@ -395,8 +397,8 @@ void sum_lanes(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
     HWY_DYNAMIC_DISPATCH(SumLookedUp)(rows, lanes, out);
 }
 
-void sum_weighted_lanes(const CodeRows& rows, const std::uint8_t* weights, std::size_t weight_stride,
-                        std::size_t lanes, const LaneSums& out) {
+void sum_weighted_lanes(const CodeRows& rows, const std::uint8_t* weights, std::size_t weight_stride, std::size_t lanes,
+                        const LaneSums& out) {
   HWY_DYNAMIC_DISPATCH(SumWeightedCodes)(rows, weights, weight_stride, lanes, out);
 }
 

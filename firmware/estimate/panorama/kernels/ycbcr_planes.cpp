@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h>
 // After foreach_target.h, says Highway.
 #include <hwy/highway.h>
+
 #include "estimate/panorama/kernels/strips_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -35,7 +36,8 @@ struct Chroma {
     const DI16 d;
     const auto shifted = hn::ShiftLeft<8>(hn::Sub(hn::BitCast(d, pairs), hn::Set(d, 128)));
     const auto times = [&](double of_cb, double of_cr) HWY_ATTR {
-      const auto lower = static_cast<std::uint16_t>(scaled(of_cb, 8)), upper = static_cast<std::uint16_t>(scaled(of_cr, 8));
+      const auto lower = static_cast<std::uint16_t>(scaled(of_cb, 8)),
+                 upper = static_cast<std::uint16_t>(scaled(of_cr, 8));
       const auto both = hn::Set(D32(), static_cast<std::uint32_t>(upper) << 16 | lower);
       return hn::MulFixedPoint15(shifted, hn::BitCast(d, both));
     };
@@ -66,12 +68,13 @@ HWY_INLINE V8 packed(hn::Vec<DI16> lower, hn::Vec<DI16> upper) {
   return hn::Combine(D8(), hn::DemoteTo(half, upper), hn::DemoteTo(half, lower));
 }
 
-// x86 has an instruction each for the two halves of every 128 bits, in the order of these; one for the halves of a whole
-// vector takes several. What is packed as it was unpacked is in order again.
+// x86 has an instruction each for the two halves of every 128 bits, in the order of these; one for the halves of a
+// whole vector takes several. What is packed as it was unpacked is in order again.
 #if HWY_ARCH_X86 && HWY_TARGET < HWY_EMU128
 HWY_INLINE Wide unpacked(V8 v) {
   const V8 zero = hn::Zero(D8());
-  return {hn::BitCast(D16(), hn::InterleaveLower(D8(), v, zero)), hn::BitCast(D16(), hn::InterleaveUpper(D8(), v, zero))};
+  return {hn::BitCast(D16(), hn::InterleaveLower(D8(), v, zero)),
+          hn::BitCast(D16(), hn::InterleaveUpper(D8(), v, zero))};
 }
 HWY_INLINE V8 repacked(hn::Vec<DI16> lower, hn::Vec<DI16> upper) {
 #if HWY_TARGET <= HWY_AVX3

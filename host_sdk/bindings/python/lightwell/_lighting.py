@@ -94,8 +94,11 @@ class Lighting(Conversions):
         questions = _directions(normals, "normals")
         values = np.empty_like(questions)
         about = take("lw_answer")
-        check(lib.lw_lighting_irradiance_batch(self._raw, _floats(questions), 0, questions.size // 3, _floats(values), 0,
-                                               about))
+        check(
+            lib.lw_lighting_irradiance_batch(
+                self._raw, _floats(questions), 0, questions.size // 3, _floats(values), 0, about
+            )
+        )
         return self._answer(about, values)
 
     def radiance(self, directions, roughness):

@@ -156,7 +156,9 @@ class Probe:
         with self._used() as raw:
             check(lib.lw_probe_get_info(raw, struct))
             texts = [self._text(raw, kind) for kind in (lib.LW_PROBE_NAME, lib.LW_PROBE_VERSION, lib.LW_PROBE_CAMERA)]
-        pose = [np.array(values) if struct.mounted else None for values in (list(struct.position), list(struct.orientation))]
+        pose = [
+            np.array(values) if struct.mounted else None for values in (list(struct.position), list(struct.orientation))
+        ]
         return record(ProbeInfo, struct, name=texts[0], version=texts[1], camera=texts[2], position=pose[0],
                       orientation=pose[1])
 

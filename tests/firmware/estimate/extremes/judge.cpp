@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
@@ -57,7 +58,8 @@ bool sound(const Descriptor& d) {
   for (const Light& l : d.lights)
     good &= std::abs(length(l.direction) - 1) < 1e-3F && finite(l.irradiance) && std::isfinite(l.angular_radius_rad) &&
             std::ranges::all_of(l.direction_covariance, [](float v) { return std::isfinite(v); }) && l.track != 0;
-  for (const float part : {d.bound.total, d.bound.truncation, d.bound.sampling, d.bound.noise, d.bound.quantization, d.bound.smoothing})
+  for (const float part :
+       {d.bound.total, d.bound.truncation, d.bound.sampling, d.bound.noise, d.bound.quantization, d.bound.smoothing})
     good &= !std::isnan(part) && part >= 0;
   if (!good) return false;
   Encoder encoder;
@@ -65,7 +67,8 @@ bool sound(const Descriptor& d) {
   return bytes.ok() && decode_descriptor(*bytes).ok();
 }
 
-double error_of(const Descriptor& d, const std::vector<reference::V3>& normals, const std::vector<reference::Rgb>& truth) {
+double error_of(const Descriptor& d, const std::vector<reference::V3>& normals,
+                const std::vector<reference::Rgb>& truth) {
   std::vector<reference::Rgb> got;
   for (const reference::V3& n : normals) {
     const Irradiance e = at(d, n);
@@ -102,8 +105,8 @@ bool Tally::count(const Descriptor& d, const std::string& where) {
   return true;
 }
 
-void Tally::count(const Descriptor& d, const std::vector<reference::V3>& normals, const std::vector<reference::Rgb>& truth,
-                  const std::string& where) {
+void Tally::count(const Descriptor& d, const std::vector<reference::V3>& normals,
+                  const std::vector<reference::Rgb>& truth, const std::string& where) {
   if (!count(d, where) || std::isinf(d.bound.total)) return;
   // Judged as an application gets it: rounded to the wire.
   Encoder encoder;
@@ -124,7 +127,8 @@ void Tally::expect_flag(const Descriptor& d, Flag flag, const std::string& where
 }
 
 void Tally::expect_no_bound(const Descriptor& d, const std::string& where) {
-  if (!std::isinf(d.bound.total) && silent++ == 0) silent_case = where + ": a finite bound of " + std::to_string(d.bound.total);
+  if (!std::isinf(d.bound.total) && silent++ == 0)
+    silent_case = where + ": a finite bound of " + std::to_string(d.bound.total);
 }
 
 void Tally::add(const Tally& o) {

@@ -1,10 +1,11 @@
 // What an answer is worth: every number finite, the wire takes it, and the truth lies within its bound.
 #pragma once
 
-#include <lightwell/descriptor.hpp>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include <lightwell/descriptor.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "firmware/estimate/extremes/studio.hpp"
@@ -19,28 +20,29 @@ namespace lightwell::extremes {
 /// Ends the program where the rig or the configuration is refused: not what a row is about.
 [[nodiscard]] std::unique_ptr<Estimator> estimator_of(const RigParameters& rig, const EstimatorConfig& config = {});
 
-/// Every number but the bound's is finite, none of the bound's is NaN, directions are unit, every light has a track, and
-/// what the encoder writes the decoder reads.
+/// Every number but the bound's is finite, none of the bound's is NaN, directions are unit, every light has a track,
+/// and what the encoder writes the decoder reads.
 [[nodiscard]] bool sound(const Descriptor& d);
 
 /// The larger of the two relative errors of irradiance.
 [[nodiscard]] double error_of(const Descriptor& d, const std::vector<reference::V3>& normals,
                               const std::vector<reference::Rgb>& truth);
 /// Largest difference of irradiance at any of the normals, of its RMS.
-[[nodiscard]] double largest_difference(const Descriptor& a, const Descriptor& b, const std::vector<reference::V3>& normals);
+[[nodiscard]] double largest_difference(const Descriptor& a, const Descriptor& b,
+                                        const std::vector<reference::V3>& normals);
 
 /// A row's answers.
 struct Tally {
   int answers = 0;
-  int refused = 0;   ///< estimate() said that there is none.
-  int flagged = 0;   ///< Any flag.
-  int infinite = 0;  ///< No finite bound, for which a flag must stand.
-  int unsound = 0;   ///< Not sound().
-  int missed = 0;    ///< The error exceeds the finite bound.
-  int silent = 0;    ///< Something is out of range, and the flag that says so is not there.
-  double worst_error = 0;      ///< Of answers with a finite bound.
-  double worst_over_bound = 0; ///< Error by bound, of the same.
-  std::string worst_case;      ///< Where that was.
+  int refused = 0;              ///< estimate() said that there is none.
+  int flagged = 0;              ///< Any flag.
+  int infinite = 0;             ///< No finite bound, for which a flag must stand.
+  int unsound = 0;              ///< Not sound().
+  int missed = 0;               ///< The error exceeds the finite bound.
+  int silent = 0;               ///< Something is out of range, and the flag that says so is not there.
+  double worst_error = 0;       ///< Of answers with a finite bound.
+  double worst_over_bound = 0;  ///< Error by bound, of the same.
+  std::string worst_case;       ///< Where that was.
   std::string unsound_case, silent_case;
 
   /// A bound may miss one frame in a hundred; a number that is not finite and a silent answer are lies at once.

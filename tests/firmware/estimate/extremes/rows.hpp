@@ -1,5 +1,5 @@
-// The rows of the figure `extremes`: each looks at generated light and says what the worst answer was. Scenes and seeds are
-// fixed in here; how many of them is the caller's choice, so that unit tests take seconds and figures look longer.
+// The rows of the figure `extremes`: each looks at generated light and says what the worst answer was. Scenes and seeds
+// are fixed in here; how many of them is the caller's choice, so that unit tests take seconds and figures look longer.
 #pragma once
 
 #include <span>
@@ -16,8 +16,8 @@ struct ScaleRow {
   double worst_irradiance = 0;  ///< The same of irradiance at any normal, of its RMS.
   std::string worst_case, worst_irradiance_case;
 };
-/// Factors of two near each decade scale floats to the bit; decades round each pixel, which may then be on the other side
-/// of a threshold.
+/// Factors of two near each decade scale floats to the bit; decades round each pixel, which may then be on the other
+/// side of a threshold.
 enum class Steps { powers_of_two, decades };
 /// Floats times 1e-8 to 1e8.
 [[nodiscard]] ScaleRow radiance_scaled(int rooms, Steps steps);
@@ -26,8 +26,8 @@ enum class Steps { powers_of_two, decades };
 
 struct TurnRow {
   Tally tally;
-  double worst = 0;           ///< Irradiance, turned back, against that of the probe that did not turn, relative RMS.
-  int beyond_both_bounds = 0; ///< Turned and not, that no one truth is within both bounds of.
+  double worst = 0;            ///< Irradiance, turned back, against that of the probe that did not turn, relative RMS.
+  int beyond_both_bounds = 0;  ///< Turned and not, that no one truth is within both bounds of.
   double worst_direction_deg = 0;  ///< Of the strongest light.
 };
 [[nodiscard]] TurnRow turned_rooms(int rooms, int turns);
@@ -57,12 +57,12 @@ enum class Place { pole, seam, lens_edge, between_lenses };
 
 struct TwoLightsRow {
   Tally tally;
-  double worst_energy = 0;     ///< Change of the energy from frame to frame, relative, beside that of the truth.
-  double worst_jump = 0;       ///< Of irradiance over normals from frame to frame, relative RMS, less that of the truth.
-  int tracks = 0;              ///< Different numbers that were given, of two lamps: 2, or 3 where one is new after parting.
-  int swaps = 0;               ///< A number that went from one lamp to the other while both were told apart.
-  int flickers = 0;            ///< The choice (lights, band) left and came back within ten frames.
-  int choices = 0;             ///< How often it changed.
+  double worst_energy = 0;  ///< Change of the energy from frame to frame, relative, beside that of the truth.
+  double worst_jump = 0;    ///< Of irradiance over normals from frame to frame, relative RMS, less that of the truth.
+  int tracks = 0;    ///< Different numbers that were given, of two lamps: 2, or 3 where one is new after parting.
+  int swaps = 0;     ///< A number that went from one lamp to the other while both were told apart.
+  int flickers = 0;  ///< The choice (lights, band) left and came back within ten frames.
+  int choices = 0;   ///< How often it changed.
   std::string worst_case;
 };
 /// From 20 degrees to 0 and back, a tenth of a degree a frame, 30 frames a second. `second`: of the first one's light.

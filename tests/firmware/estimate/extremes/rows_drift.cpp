@@ -20,7 +20,8 @@ class Watch {
     ++tally.answers;
     if (!estimator_->estimate(std::span(&shot.frame, 1), d).ok()) ++tally.refused;
     // Bytes are encoded now and then: a number that is not finite stays so.
-    else if (shown_ % 1000 == 0 ? !sound(d) : !std::isfinite(d.radiance.c[0].g)) ++tally.unsound;
+    else if (shown_ % 1000 == 0 ? !sound(d) : !std::isfinite(d.radiance.c[0].g))
+      ++tally.unsound;
     if (d.flags.any()) ++tally.flagged;
   }
 
@@ -93,7 +94,8 @@ DriftRow many_frames(int frames) {
       last[i] = d;
       for (const Light& l : d.lights) row.highest_track = std::max(row.highest_track, l.track);
     }
-  for (std::size_t i = 0; i < kCycle; ++i) row.lamp = std::max(row.lamp, largest_difference(third[i], last[i], normals));
+  for (std::size_t i = 0; i < kCycle; ++i)
+    row.lamp = std::max(row.lamp, largest_difference(third[i], last[i], normals));
   return row;
 }
 

@@ -76,9 +76,12 @@ Tally all_saturated() {
         tally.count(d, where);
         tally.expect_flag(d, Flag::clipped, where);
         tally.expect_no_bound(d, where);
-        // At least as much light as fills the scale on the axis, which is a radiance of 1 here, less 2 %'s worth of sRGB.
-        if (!(d.saturated > 0.99F && (std::string(kind) == "single" || d.radiance.c[0].g > 0.95 * 3.5449)) && tally.silent++ == 0)
-          tally.silent_case = where + ": saturated " + std::to_string(d.saturated) + ", c0 " + std::to_string(d.radiance.c[0].g);
+        // At least as much light as fills the scale on the axis, which is a radiance of 1 here, less 2 %'s worth of
+        // sRGB.
+        if (!(d.saturated > 0.99F && (std::string(kind) == "single" || d.radiance.c[0].g > 0.95 * 3.5449)) &&
+            tally.silent++ == 0)
+          tally.silent_case =
+              where + ": saturated " + std::to_string(d.saturated) + ", c0 " + std::to_string(d.radiance.c[0].g);
       }
     }
   }
@@ -87,9 +90,12 @@ Tally all_saturated() {
 
 const char* name_of(Extent extent) {
   switch (extent) {
-    case Extent::one_pixel: return "one_pixel";
-    case Extent::one_row: return "one_row";
-    case Extent::everywhere: return "everywhere";
+    case Extent::one_pixel:
+      return "one_pixel";
+    case Extent::one_row:
+      return "one_row";
+    case Extent::everywhere:
+      return "everywhere";
   }
   return "unknown";
 }
@@ -110,13 +116,16 @@ Tally nonsense(Extent extent) {
         for (std::size_t channels = 1; channels <= 3; channels += 2)
           for (const std::size_t row : {height / 2, height / 2 - 31, std::size_t{6}}) {
             Pictures bad = good;
-            const std::size_t first = extent == Extent::everywhere ? 0 : row * width + (extent == Extent::one_pixel ? width / 2 + 3 : 0);
-            const std::size_t count = extent == Extent::one_pixel ? 1 : extent == Extent::one_row ? width : width * height;
+            const std::size_t first =
+                extent == Extent::everywhere ? 0 : row * width + (extent == Extent::one_pixel ? width / 2 + 3 : 0);
+            const std::size_t count = extent == Extent::one_pixel ? 1
+                                      : extent == Extent::one_row ? width
+                                                                  : width * height;
             for (std::size_t k = 0; k < (extent == Extent::everywhere ? bad.size() : 1); ++k)
               for (std::size_t i = first; i < first + count; ++i)
                 for (std::size_t c = 0; c < channels; ++c) bad[k][3 * i + (c + 1) % 3] = value;
-            const std::string where = std::string(kind) + ", " + name_of(config) + ", " + std::to_string(value) + " in " +
-                                      std::to_string(channels) + " channels, row " + std::to_string(row);
+            const std::string where = std::string(kind) + ", " + name_of(config) + ", " + std::to_string(value) +
+                                      " in " + std::to_string(channels) + " channels, row " + std::to_string(row);
             Descriptor d;
             if (!answer(*estimator, studio.as_floats(bad), d, tally)) continue;
             tally.expect_flag(d, Flag::cleaned, where);
@@ -130,7 +139,8 @@ Tally nonsense(Extent extent) {
       // It leaves no trace.
       Descriptor d;
       if (!answer(*estimator, studio.as_floats(good), d, tally)) continue;
-      tally.count(d, studio.truth().normals(), studio.truth().irradiance(good), std::string(kind) + ", the frame after");
+      tally.count(d, studio.truth().normals(), studio.truth().irradiance(good),
+                  std::string(kind) + ", the frame after");
       if (d.flags.any() && tally.silent++ == 0) tally.silent_case = std::string(kind) + ", the frame after is flagged";
     }
   }
@@ -153,8 +163,10 @@ Tally huge() {
         Descriptor d;
         if (!answer(*estimator_of(studio.rig(), config), studio.as_floats(*pictures[i]), d, tally)) continue;
         // Sums of the oracle are floats too.
-        if (value < 1e35F) tally.count(d, studio.truth().normals(), studio.truth().irradiance(*pictures[i]), where);
-        else tally.count(d, where);
+        if (value < 1e35F)
+          tally.count(d, studio.truth().normals(), studio.truth().irradiance(*pictures[i]), where);
+        else
+          tally.count(d, where);
       }
     }
   return tally;
@@ -173,8 +185,9 @@ Tally bright_pixel_on_the_wire() {
         for (std::size_t c = 0; c < channels; ++c) pictures[0][3 * (60 * 160 + 83) + c] = level;
         Descriptor d;
         if (!answer(*estimator, studio.as_floats(pictures), d, tally)) continue;
-        tally.count(d, studio.truth().normals(), studio.truth().irradiance(pictures),
-                    name_of(config) + ", 1e" + std::to_string(decade) + " in " + std::to_string(channels) + " channels");
+        tally.count(
+            d, studio.truth().normals(), studio.truth().irradiance(pictures),
+            name_of(config) + ", 1e" + std::to_string(decade) + " in " + std::to_string(channels) + " channels");
       }
   }
   return tally;
@@ -194,8 +207,10 @@ Tally random_bits(int frames) {
         for (std::size_t j = 0; j < pictures[k].size(); ++j) {
           const std::uint32_t bits = chance.bits();
           float& v = pictures[k][j];
-          if (bits % often == 0) std::memcpy(&v, &bits, sizeof v);
-          else v = std::pow(10.0F, static_cast<float>(bits % 1200) / 100 - 6);
+          if (bits % often == 0)
+            std::memcpy(&v, &bits, sizeof v);
+          else
+            v = std::pow(10.0F, static_cast<float>(bits % 1200) / 100 - 6);
           nonsense |= studio.table().lenses[k].solid_angle[j / 3] > 0 && !(v >= 0 && v < kInf);
         }
       Descriptor d;
@@ -223,14 +238,18 @@ SightRow exposures() {
       const auto estimator = estimator_of(studio.rig(), config);
       Descriptor one;
       if (!answer(*estimator, shot, one, row.tally)) continue;
-      for (const double factor : {0.0, -0.0, -1.0, kHuge, -kHuge, kNone, 1e-300, 1e-30, 1e-20, 1e-10, 1e10, 1e20, 1e30, 1e300})
+      for (const double factor :
+           {0.0, -0.0, -1.0, kHuge, -kHuge, kNone, 1e-300, 1e-30, 1e-20, 1e-10, 1e10, 1e20, 1e30, 1e300})
         for (const bool gain : {false, true}) {
           Frame frame;
           frame.info = shot.frame.info;
           for (const View& v : shot.frame.views()) frame.add_view(v);
-          if (gain) frame.info.gain = factor;
-          else frame.info.exposure_s = factor * right;
-          const std::string where = std::string(float_pixels ? "floats, " : "codes, ") + name_of(config) + (gain ? ", gain times " : ", exposure times ") + std::to_string(factor);
+          if (gain)
+            frame.info.gain = factor;
+          else
+            frame.info.exposure_s = factor * right;
+          const std::string where = std::string(float_pixels ? "floats, " : "codes, ") + name_of(config) +
+                                    (gain ? ", gain times " : ", exposure times ") + std::to_string(factor);
           Descriptor d;
           const Status s = estimator->estimate(std::span(&frame, 1), d);
           if (!s.ok()) {
@@ -239,7 +258,8 @@ SightRow exposures() {
           }
           if (!(factor > 0 && factor < kHuge) && row.tally.silent++ == 0) row.tally.silent_case = where + ": answered";
           if (!row.tally.count(d, where) || d.flags.any() || gain) continue;
-          const double got = static_cast<double>(d.radiance.c[0].g) * factor, deviation = std::abs(got / one.radiance.c[0].g - 1);
+          const double got = static_cast<double>(d.radiance.c[0].g) * factor,
+                       deviation = std::abs(got / one.radiance.c[0].g - 1);
           if (deviation > row.worst || !std::isfinite(deviation)) row.worst = deviation, row.worst_case = where;
         }
       // It leaves no trace.

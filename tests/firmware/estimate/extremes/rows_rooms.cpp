@@ -1,8 +1,9 @@
 // Rooms: scaled, turned, and with a thousand lamps.
 #include <algorithm>
 #include <cmath>
-#include <lightwell/query.hpp>
 #include <numbers>
+
+#include <lightwell/query.hpp>
 
 #include "firmware/estimate/extremes/rows.hpp"
 #include "reference/irradiance.hpp"
@@ -34,7 +35,8 @@ double deviation(const Descriptor& a, const Descriptor& b, double factor) {
   }
   for (std::size_t i = 0; i < a.lights.size(); ++i) {
     worst = std::max(worst, static_cast<double>(angle_between(a.lights[i].direction, b.lights[i].direction)));
-    worst = std::max(worst, static_cast<double>(std::abs(a.lights[i].angular_radius_rad - b.lights[i].angular_radius_rad)));
+    worst =
+        std::max(worst, static_cast<double>(std::abs(a.lights[i].angular_radius_rad - b.lights[i].angular_radius_rad)));
   }
   return worst;
 }
@@ -58,7 +60,8 @@ ScaleRow radiance_scaled(int rooms, Steps steps) {
       const auto estimator = estimator_of(studio.rig(), config);
       for (int decade = -8; decade <= 8; ++decade) {
         const double exact = std::pow(10.0, decade);
-        const auto factor = static_cast<float>(steps == Steps::decades ? exact : std::exp2(std::round(std::log2(exact))));
+        const auto factor =
+            static_cast<float>(steps == Steps::decades ? exact : std::exp2(std::round(std::log2(exact))));
         Pictures more = pictures;
         for (std::vector<float>& picture : more)
           for (float& v : picture) v *= factor;
@@ -115,7 +118,8 @@ TurnRow turned_rooms(int rooms, int turns) {
           const Quat q = chance.rotation();
           const Pictures pictures = studio.see(turned(scene, q));
           const Descriptor d = answer(*estimator, studio.as_floats(pictures), row.tally);
-          const std::string where = std::string(kind) + ", " + name_of(config) + ", room " + std::to_string(i) + ", turn " + std::to_string(j);
+          const std::string where = std::string(kind) + ", " + name_of(config) + ", room " + std::to_string(i) +
+                                    ", turn " + std::to_string(j);
           row.tally.count(d, normals, studio.truth().irradiance(pictures), where);
           std::vector<reference::Rgb> expected;
           for (const reference::V3& n : normals) {
@@ -128,7 +132,8 @@ TurnRow turned_rooms(int rooms, int turns) {
           if (scene.discs.empty() || still.lights.empty() || d.lights.empty()) continue;
           const Vec3d strongest = rotate(q, vec_cast<double>(still.lights[0].direction));
           double nearest = std::numbers::pi;
-          for (const Light& l : d.lights) nearest = std::min(nearest, angle_between(vec_cast<double>(l.direction), strongest));
+          for (const Light& l : d.lights)
+            nearest = std::min(nearest, angle_between(vec_cast<double>(l.direction), strongest));
           // Farther off it is another light: that the choice has one light less is no error of direction.
           if (nearest < 5 * kDegree) row.worst_direction_deg = std::max(row.worst_direction_deg, nearest / kDegree);
         }
@@ -158,9 +163,11 @@ Tally thousand_lights(int scenes) {
     const Shot shot = studio.as_floats(pictures);
     for (const EstimatorConfig& config : configs) {
       const Descriptor d = answer(*estimator_of(studio.rig(), config), shot, tally);
-      const std::string where = name_of(config) + ", " + std::to_string(config.max_lights) + " lights, scene " + std::to_string(i);
+      const std::string where =
+          name_of(config) + ", " + std::to_string(config.max_lights) + " lights, scene " + std::to_string(i);
       tally.count(d, studio.truth().normals(), truth, where);
-      if (static_cast<int>(d.lights.size()) > config.max_lights && tally.silent++ == 0) tally.silent_case = where + ": more lights than allowed";
+      if (static_cast<int>(d.lights.size()) > config.max_lights && tally.silent++ == 0)
+        tally.silent_case = where + ": more lights than allowed";
     }
   }
   return tally;

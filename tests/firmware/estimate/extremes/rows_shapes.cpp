@@ -9,8 +9,9 @@ namespace lightwell::extremes {
 
 SightRow sizes() {
   SightRow row;
-  constexpr int kSizes[][2] = {{1, 1},   {1, 2},   {2, 1},   {2, 2},   {3, 3},   {5, 7},    {8, 8},    {7, 16},    {16, 9},  {17, 23},
-                               {33, 16}, {1, 64},  {64, 1},  {31, 31}, {61, 47}, {127, 65}, {129, 97}, {255, 129}, {160, 121}};
+  constexpr int kSizes[][2] = {{1, 1},   {1, 2},    {2, 1},    {2, 2},     {3, 3},    {5, 7},  {8, 8},
+                               {7, 16},  {16, 9},   {17, 23},  {33, 16},   {1, 64},   {64, 1}, {31, 31},
+                               {61, 47}, {127, 65}, {129, 97}, {255, 129}, {160, 121}};
   for (const char* kind : {"pair", "single", "double_sphere", "equirect"})
     for (const PixelFormat format : {PixelFormat::rgb_f32, PixelFormat::rgb8})
       for (const auto& size : kSizes) {
@@ -28,9 +29,11 @@ SightRow sizes() {
           }
           for (std::size_t i = 0; i < std::size(scenes); ++i) {
             const Pictures pictures = studio.see(scenes[i]);
-            const Shot shot = format == PixelFormat::rgb8 ? studio.as_rgb8(pictures, i == 0 ? 5e-3 : 3e-4, i) : studio.as_floats(pictures);
-            const std::string where = std::string(kind) + " " + std::to_string(size[0]) + "x" + std::to_string(size[1]) + " " +
-                                      std::string(to_string(format)) + ", " + name_of(config) + ", scene " + std::to_string(i);
+            const Shot shot = format == PixelFormat::rgb8 ? studio.as_rgb8(pictures, i == 0 ? 5e-3 : 3e-4, i)
+                                                          : studio.as_floats(pictures);
+            const std::string where = std::string(kind) + " " + std::to_string(size[0]) + "x" +
+                                      std::to_string(size[1]) + " " + std::string(to_string(format)) + ", " +
+                                      name_of(config) + ", scene " + std::to_string(i);
             Descriptor d;
             if (!(*made)->estimate(std::span(&shot.frame, 1), d).ok()) {
               ++row.tally.refused;
@@ -39,7 +42,8 @@ SightRow sizes() {
             row.tally.count(d, studio.truth().normals(), studio.truth().irradiance(pictures), where);
             if (d.coverage < 0.98F) row.tally.expect_flag(d, Flag::unseen, where);
             if (i != 0 || format == PixelFormat::rgb8 || std::isinf(d.bound.total)) continue;
-            std::vector<reference::Rgb> constant_light(studio.truth().normals().size(), {std::numbers::pi, 0.9 * std::numbers::pi, 0.8 * std::numbers::pi});
+            std::vector<reference::Rgb> constant_light(
+                studio.truth().normals().size(), {std::numbers::pi, 0.9 * std::numbers::pi, 0.8 * std::numbers::pi});
             const double error = error_of(d, studio.truth().normals(), constant_light);
             if (error > row.worst) row.worst = error, row.worst_case = where;
           }
@@ -81,7 +85,8 @@ SightRow coverage() {
             ++row.tally.refused;
             continue;
           }
-          judge_partial(d, share, std::to_string(100 * share) + " %, " + name_of(config) + ", filled with " + name_of(fill), row);
+          judge_partial(d, share,
+                        std::to_string(100 * share) + " %, " + name_of(config) + ", filled with " + name_of(fill), row);
         }
       }
   }
@@ -103,8 +108,10 @@ SightRow coverage() {
       for (float& v : pictures[0]) v = 1;
       const Shot shot = studio.as_floats(pictures);
       Descriptor d;
-      if (!(*made)->estimate(std::span(&shot.frame, 1), d).ok()) ++row.tally.refused;
-      else judge_partial(d, 0, "nothing seen, " + name_of(config) + ", filled with " + name_of(fill), row);
+      if (!(*made)->estimate(std::span(&shot.frame, 1), d).ok())
+        ++row.tally.refused;
+      else
+        judge_partial(d, 0, "nothing seen, " + name_of(config) + ", filled with " + name_of(fill), row);
     }
   return row;
 }
@@ -124,8 +131,12 @@ SightRow camera_gone() {
         Descriptor d;
         // A cap of 95 degrees is left, or nothing; of the ring that both would see a lens gives half.
         const double share = left > 0 ? 0.5 : 0;
-        if (!estimator->estimate(std::span(&frame, 1), d).ok()) ++row.tally.refused;
-        else judge_partial(d, share, std::to_string(left) + " of two lenses, " + name_of(config) + ", filled with " + name_of(fill), row);
+        if (!estimator->estimate(std::span(&frame, 1), d).ok())
+          ++row.tally.refused;
+        else
+          judge_partial(d, share,
+                        std::to_string(left) + " of two lenses, " + name_of(config) + ", filled with " + name_of(fill),
+                        row);
       }
     }
   return row;

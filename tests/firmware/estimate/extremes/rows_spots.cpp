@@ -15,7 +15,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 void judge_spot(const Descriptor& d, Vec3d axis, double energy, const std::string& where, SpotRow& row) {
   const Light* nearest = nullptr;
   for (const Light& l : d.lights)
-    if (nearest == nullptr || angle_between(vec_cast<double>(l.direction), axis) < angle_between(vec_cast<double>(nearest->direction), axis))
+    if (nearest == nullptr ||
+        angle_between(vec_cast<double>(l.direction), axis) < angle_between(vec_cast<double>(nearest->direction), axis))
       nearest = &l;
   const double off = nearest == nullptr ? 180 : angle_between(vec_cast<double>(nearest->direction), axis) / kDegree;
   if (off > 5) {
@@ -43,7 +44,8 @@ std::string text(Vec3d v) {
 
 /// Axes, oblique directions, and all around where two back-to-back lenses of 95 degrees meet and end.
 std::vector<Vec3d> special_places() {
-  std::vector<Vec3d> out = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 0, -1}, {0, 0, 1}, {1, 1, 0}, {0.02, 1, 0.01}, {0.01, 0.3, 1}, {-0.01, -0.2, 1}};
+  std::vector<Vec3d> out = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0},       {-1, 0, 0},     {0, 0, -1},
+                            {0, 0, 1}, {1, 1, 0},  {0.02, 1, 0.01}, {0.01, 0.3, 1}, {-0.01, -0.2, 1}};
   for (const double angle : {85.0, 89.0, 90.0, 91.0, 94.0, 94.9, 95.0, 95.1})
     for (const double azimuth : {7.0, 45.0, 133.0, 250.0}) {
       const double s = std::sin(angle * kDegree);
@@ -74,10 +76,11 @@ SpotRow hot_pixel(int places) {
         Pictures pictures = even;
         for (std::size_t c = 0; c < 3; ++c) pictures[k][3 * pixel + c] = level;
         const Descriptor d = answer(*estimator, studio.as_floats(pictures), row.tally);
-        const std::string where = std::string(kind) + ", " + name_of(config) + ", pixel " + std::to_string(pixel) + " of lens " +
-                                  std::to_string(k) + ", " + std::to_string(level);
+        const std::string where = std::string(kind) + ", " + name_of(config) + ", pixel " + std::to_string(pixel) +
+                                  " of lens " + std::to_string(k) + ", " + std::to_string(level);
         row.tally.count(d, studio.truth().normals(), studio.truth().irradiance(pictures), where);
-        judge_spot(d, vec_cast<double>(lens.direction[pixel]), static_cast<double>(level) * lens.solid_angle[pixel], where, row);
+        judge_spot(d, vec_cast<double>(lens.direction[pixel]), static_cast<double>(level) * lens.solid_angle[pixel],
+                   where, row);
       }
     }
   }
@@ -86,10 +89,14 @@ SpotRow hot_pixel(int places) {
 
 const char* name_of(Place place) {
   switch (place) {
-    case Place::pole: return "pole";
-    case Place::seam: return "seam";
-    case Place::lens_edge: return "lens_edge";
-    case Place::between_lenses: return "between_lenses";
+    case Place::pole:
+      return "pole";
+    case Place::seam:
+      return "seam";
+    case Place::lens_edge:
+      return "lens_edge";
+    case Place::between_lenses:
+      return "between_lenses";
   }
   return "unknown";
 }
@@ -114,10 +121,18 @@ std::vector<Vec3d> axes_of(Place place) {
       return Vec3d{std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth), -std::cos(angle)};
     };
     switch (place) {
-      case Place::pole: axes.push_back({near * std::cos(azimuth), i % 2 == 0 ? 1.0 : -1.0, near * std::sin(azimuth)}); break;
-      case Place::seam: axes.push_back({near, 0.9 * std::sin(azimuth), 1}); break;
-      case Place::lens_edge: axes.push_back(around((i % 2 == 0 ? 95 : 85) * kDegree + near)); break;
-      case Place::between_lenses: axes.push_back(around(90 * kDegree + near)); break;
+      case Place::pole:
+        axes.push_back({near * std::cos(azimuth), i % 2 == 0 ? 1.0 : -1.0, near * std::sin(azimuth)});
+        break;
+      case Place::seam:
+        axes.push_back({near, 0.9 * std::sin(azimuth), 1});
+        break;
+      case Place::lens_edge:
+        axes.push_back(around((i % 2 == 0 ? 95 : 85) * kDegree + near));
+        break;
+      case Place::between_lenses:
+        axes.push_back(around(90 * kDegree + near));
+        break;
     }
   }
   for (Vec3d& axis : axes) axis = normalized(axis);
@@ -144,7 +159,8 @@ std::vector<SpotRow> suns(const char* kind, int width, std::span<const Place> pl
       const Shot shot = studio.as_floats(pictures);
       for (std::size_t i = 0; i < configs.size(); ++i) {
         const Descriptor d = answer(*estimators[i], shot, rows[p].tally);
-        const std::string where = std::string(kind) + " " + std::to_string(width) + ", " + name_of(configs[i]) + ", " + text(axis);
+        const std::string where =
+            std::string(kind) + " " + std::to_string(width) + ", " + name_of(configs[i]) + ", " + text(axis);
         rows[p].tally.count(d, studio.truth().normals(), truth, where);
         judge_spot(d, axis, energy, where, rows[p]);
       }

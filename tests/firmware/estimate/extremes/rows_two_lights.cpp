@@ -1,10 +1,11 @@
 // Two lamps that close and part.
 #include <algorithm>
 #include <cmath>
-#include <lightwell/query.hpp>
 #include <map>
 #include <numbers>
 #include <set>
+
+#include <lightwell/query.hpp>
 
 #include "firmware/estimate/extremes/rows.hpp"
 #include "reference/irradiance.hpp"
@@ -55,17 +56,20 @@ TwoLightsRow two_lights(const EstimatorConfig& config, PixelFormat format, doubl
   constexpr int kFrames = 401;
   for (int i = 0; i < kFrames; ++i) {
     const double gap = std::abs(20 - 0.1 * i), half = gap / 2 * kDegree;
-    const Vec3d lamps[] = {normalized(Vec3d{std::sin(half), 0.2, -std::cos(half)}), normalized(Vec3d{-std::sin(half), 0.2, -std::cos(half)})};
+    const Vec3d lamps[] = {normalized(Vec3d{std::sin(half), 0.2, -std::cos(half)}),
+                           normalized(Vec3d{-std::sin(half), 0.2, -std::cos(half)})};
     Pictures pictures = even;
     studio.add({lamps[0], kRadius, {level, level, level}}, pictures);
     const auto weaker = static_cast<float>(level * second);
     studio.add({lamps[1], kRadius, {weaker, weaker, weaker}}, pictures);
     // The brightest sum of both just below saturation: a unit fills the scale at 0.01 / exposure.
-    Shot shot = codes ? studio.as_rgb8(pictures, 0.9 * 0.01 / (2 * level), static_cast<std::uint64_t>(i)) : studio.as_floats(pictures);
+    Shot shot = codes ? studio.as_rgb8(pictures, 0.9 * 0.01 / (2 * level), static_cast<std::uint64_t>(i))
+                      : studio.as_floats(pictures);
     shot.frame.info.sequence = static_cast<std::uint64_t>(i);
     shot.frame.info.mid_exposure = {1'000'000'000LL + i * 33'333'333LL};
     Descriptor d;
-    const std::string where = name_of(config) + (codes ? ", rgb8, " : ", ") + std::to_string(gap) + (i < kFrames / 2 ? " degrees, closing" : " degrees, parting");
+    const std::string where = name_of(config) + (codes ? ", rgb8, " : ", ") + std::to_string(gap) +
+                              (i < kFrames / 2 ? " degrees, closing" : " degrees, parting");
     if (!estimator->estimate(std::span(&shot.frame, 1), d).ok()) {
       ++row.tally.refused;
       continue;

@@ -47,7 +47,8 @@ Scene room(Chance& chance, int most_discs) {
     return l;
   };
   for (int i = chance.below(most_discs + 1); i > 0; --i)
-    out.discs.push_back({chance.direction(), chance.between(1, 6) * std::numbers::pi / 180, color(chance.magnitude(30, 3000))});
+    out.discs.push_back(
+        {chance.direction(), chance.between(1, 6) * std::numbers::pi / 180, color(chance.magnitude(30, 3000))});
   return out;
 }
 

@@ -1,7 +1,7 @@
 // Hot pixels, suns and lamps, wherever they stand.
-#include <gtest/gtest.h>
-
 #include <utility>
+
+#include <gtest/gtest.h>
 
 #include "firmware/estimate/extremes/rows.hpp"
 
@@ -24,8 +24,8 @@ TEST_P(SunOf, HalfADegreeIsFoundOnPoleSeamEdgeAndBetweenLenses) {
   const std::vector<SpotRow> rows = suns(GetParam(), 640, places);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     EXPECT_EQ(rows[i].lost, 0) << name_of(places[i]) << " " << rows[i].worst_case;
-    // Pixels of 0.4 to 0.56 degrees, about as wide as the sun: one that holds less than half the brightest is not of the
-    // region, so that the centroid misses by up to 0.3 of the first and 0.5 of the second.
+    // Pixels of 0.4 to 0.56 degrees, about as wide as the sun: one that holds less than half the brightest is not of
+    // the region, so that the centroid misses by up to 0.3 of the first and 0.5 of the second.
     EXPECT_LE(rows[i].worst_direction_deg, 0.3) << name_of(places[i]) << " " << rows[i].worst_case;
     // Of what the pixels hold. Those below 2 % of the peak are not gathered.
     EXPECT_LE(rows[i].worst_energy, 0.02) << name_of(places[i]);

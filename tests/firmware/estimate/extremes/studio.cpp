@@ -120,7 +120,8 @@ std::vector<reference::Rgb> PixelTruth::irradiance(const Pictures& pictures) con
           lanes[2][j] += facing * light[2][i + j];
         }
       for (; i < end; ++i)
-        for (std::size_t c = 0; c < 3; ++c) lanes[c][0] += std::max(0.0F, nx * x_[i] + ny * y_[i] + nz * z_[i]) * light[c][i];
+        for (std::size_t c = 0; c < 3; ++c)
+          lanes[c][0] += std::max(0.0F, nx * x_[i] + ny * y_[i] + nz * z_[i]) * light[c][i];
       for (std::size_t c = 0; c < 3; ++c)
         for (const float lane : lanes[c]) sum[c] += lane;
     }

@@ -1,9 +1,10 @@
 // A rig that looks at analytic light, and what is true of the light that its pixels hold.
 #pragma once
 
-#include <lightwell/calibration.hpp>
 #include <memory>
 #include <vector>
+
+#include <lightwell/calibration.hpp>
 
 #include "calibration/camera_model.hpp"
 #include "calibration/lens_table.hpp"

@@ -54,14 +54,18 @@ MarkerScene scene_of(const MarkerBody& body, const Setting& setting) {
   else
     scene.lamps = {reference::DistantLamp{setting.stage.direction(azimuth, elevation), {1, 0.9, 0.75}}};
   // The solids stand on the face whose number is the last.
-  if (setting.table) scene.table = reference::table_under(body, scene.probe_body, body.faces.back().tag_id, {0.05, 0.05, 0.05});
+  if (setting.table)
+    scene.table = reference::table_under(body, scene.probe_body, body.faces.back().tag_id, {0.05, 0.05, 0.05});
   return scene;
 }
 
-Pose shown(const MarkerScene& scene, std::size_t face) { return compose(scene.probe_body, scene.body.faces[face].body_face); }
+Pose shown(const MarkerScene& scene, std::size_t face) {
+  return compose(scene.probe_body, scene.body.faces[face].body_face);
+}
 
 /// A sheet in front of a face and parallel to it, all but the hole; face's frame, m.
-std::vector<reference::MarkerOccluder> sheet_with_hole(const Pose& probe_face, double left, double bottom, double right, double top) {
+std::vector<reference::MarkerOccluder> sheet_with_hole(const Pose& probe_face, double left, double bottom, double right,
+                                                       double top) {
   constexpr double kFar = 0.25, kAbove = 0.004;
   const auto rectangle = [&](double x0, double y0, double x1, double y1) -> reference::MarkerOccluder {
     reference::PolygonOccluder out;
@@ -70,8 +74,8 @@ std::vector<reference::MarkerOccluder> sheet_with_hole(const Pose& probe_face, d
     out.albedo = {0.3, 0.3, 0.3};
     return out;
   };
-  return {rectangle(-kFar, -kFar, left, kFar), rectangle(right, -kFar, kFar, kFar), rectangle(left, -kFar, right, bottom),
-          rectangle(left, top, right, kFar)};
+  return {rectangle(-kFar, -kFar, left, kFar), rectangle(right, -kFar, kFar, kFar),
+          rectangle(left, -kFar, right, bottom), rectangle(left, top, right, kFar)};
 }
 
 MarkerBody renumbered(MarkerBody body, int first) {
@@ -84,7 +88,8 @@ MarkerBody swapped(MarkerBody body, std::size_t a, std::size_t b) {
   return body;
 }
 
-/// Each ring's tags one face further: neighbours agree with a body that is turned by a fifth, the top with one that is not.
+/// Each ring's tags one face further: neighbours agree with a body that is turned by a fifth, the top with one that is
+/// not.
 MarkerBody ring_turned(MarkerBody body) {
   const std::vector<MarkerFace> old = body.faces;
   for (std::size_t k = 0; k < 5; ++k) {
@@ -102,12 +107,14 @@ void harm(measure::Shot& shot, Harm how, std::uint64_t seed) {
     if (how == Harm::mirrored) {
       for (int y = 0; y < view.height; ++y) {
         std::byte* const row = bytes.data() + static_cast<std::size_t>(y) * view.stride;
-        for (int x = 0; x < view.width / 2; ++x) std::swap_ranges(row + 3 * x, row + 3 * x + 3, row + 3 * (view.width - 1 - x));
+        for (int x = 0; x < view.width / 2; ++x)
+          std::swap_ranges(row + 3 * x, row + 3 * x + 3, row + 3 * (view.width - 1 - x));
       }
     } else if (how == Harm::noise_alone) {
       for (std::byte& b : bytes) b = static_cast<std::byte>(random() & 255U);
     } else if (how == Harm::some_not_numbers || how == Harm::all_not_numbers) {
-      constexpr std::array<float, 4> kBad = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+      constexpr std::array<float, 4> kBad = {std::numeric_limits<float>::quiet_NaN(),
+                                             std::numeric_limits<float>::infinity(),
                                              -std::numeric_limits<float>::infinity(), -1e30F};
       for (std::size_t at = 0; at + sizeof(float) <= bytes.size(); at += sizeof(float)) {
         const std::uint64_t dice = random();
@@ -140,7 +147,8 @@ std::string unsound(const Descriptor& d) {
   for (const Light& l : d.lights) {
     const double length_of = length(vec_cast<double>(l.direction));
     if (!(std::abs(length_of - 1) < 1e-5)) return "a direction is not of length one";
-    if (!std::isfinite(l.irradiance.r) || !std::isfinite(l.irradiance.g) || !std::isfinite(l.irradiance.b)) return "an irradiance is not finite";
+    if (!std::isfinite(l.irradiance.r) || !std::isfinite(l.irradiance.g) || !std::isfinite(l.irradiance.b))
+      return "an irradiance is not finite";
     const auto& c = l.direction_covariance;
     if (!std::isfinite(c[0]) || !std::isfinite(c[1]) || !std::isfinite(c[2])) return "a covariance is not finite";
     if (!(c[0] > 0 && c[2] > 0 && c[0] * c[2] > c[1] * c[1])) return "a covariance is none";
@@ -151,7 +159,8 @@ std::string unsound(const Descriptor& d) {
   Encoder encoder;
   const auto bytes = encoder.encode(sent);
   if (!bytes) return "cannot be sent: " + bytes.status().message();
-  if (const Result<Descriptor> back = decode_descriptor(*bytes); !back) return "cannot be read again: " + back.status().message();
+  if (const Result<Descriptor> back = decode_descriptor(*bytes); !back)
+    return "cannot be read again: " + back.status().message();
   return {};
 }
 
@@ -172,7 +181,8 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   };
 
   add("plain", plain).easy = true;
-  for (const PixelFormat format : {PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8, PixelFormat::bayer_rggb12, PixelFormat::rgb_f32}) {
+  for (const PixelFormat format : {PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8,
+                                   PixelFormat::bayer_rggb12, PixelFormat::rgb_f32}) {
     ExtremeCase& one = add("plain, " + std::string(to_string(format)), plain);
     one.format = format;
     one.easy = true;
@@ -198,9 +208,10 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   for (const double elevation : {50.0, 65.0, 80.0}) {
     Setting steep = usual;
     steep.stage.elevation_rad = elevation * kDegree;
-    // From some 60 degrees on a face of the lower ring looks down in the picture more than the one that the body stands on: the table is taken
-    // for a plane that it is not, and its brightness for a shadow.
-    add("camera " + std::to_string(static_cast<int>(elevation)) + " deg above the table", scene_of(white, steep)).unsolved = elevation > 60;
+    // From some 60 degrees on a face of the lower ring looks down in the picture more than the one that the body stands
+    // on: the table is taken for a plane that it is not, and its brightness for a shadow.
+    add("camera " + std::to_string(static_cast<int>(elevation)) + " deg above the table", scene_of(white, steep))
+        .unsolved = elevation > 60;
   }
 
   // Light and exposure.
@@ -227,26 +238,30 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   const MarkerScene open = scene_of(white, nearer);
   MarkerScene half = open;
   const Pose front = shown(open, 1);
-  half.occluders = {reference::PolygonOccluder{{transformed(front, {-0.05, -0.05, 0.005}), transformed(front, {0, -0.05, 0.005}),
-                                                transformed(front, {0, 0.05, 0.005}), transformed(front, {-0.05, 0.05, 0.005})},
-                                               {0.5, 0.5, 0.5}}};
+  half.occluders = {
+      reference::PolygonOccluder{{transformed(front, {-0.05, -0.05, 0.005}), transformed(front, {0, -0.05, 0.005}),
+                                  transformed(front, {0, 0.05, 0.005}), transformed(front, {-0.05, 0.05, 0.005})},
+                                 {0.5, 0.5, 0.5}}};
   add("half of a tag covered", half);
   MarkerScene hand = open;
   const Vec3d body = open.probe_body.translation, right{1, 0, 0}, up{0, 1, 0}, back{0, 0, 1};
   hand.occluders = {reference::SphereOccluder{body + right * 0.045 + back * 0.075, 0.03, kSkin}};
   add("hand before two faces", hand);
   MarkerScene flat_hand = open;
-  flat_hand.occluders = {reference::PolygonOccluder{{body + right * -0.07 + up * -0.05 + back * 0.08, body + right * -0.005 + up * -0.05 + back * 0.08,
-                                                     body + right * -0.005 + up * 0.035 + back * 0.08, body + right * -0.07 + up * 0.035 + back * 0.08},
-                                                    kSkin}};
+  flat_hand.occluders = {reference::PolygonOccluder{
+      {body + right * -0.07 + up * -0.05 + back * 0.08, body + right * -0.005 + up * -0.05 + back * 0.08,
+       body + right * -0.005 + up * 0.035 + back * 0.08, body + right * -0.07 + up * 0.035 + back * 0.08},
+      kSkin}};
   add("flat hand before the left half", flat_hand);
   const Vec3d to_lamp = reference::lamp_truths(open).front().direction_probe;
   const Vec3d beside = normalized(cross(to_lamp, usual.stage.up()));
   MarkerScene shade = open;
   shade.occluders = {reference::SphereOccluder{body + to_lamp * 0.2 + beside * 0.02, 0.009, kSkin}};
   add("a hand's shadow on a part of the body", shade);
-  shade.occluders = {reference::PolygonOccluder{{body + to_lamp * 0.3 + beside * 0.002 + usual.stage.up() * -0.2, body + to_lamp * 0.3 + beside * 0.2 + usual.stage.up() * -0.2,
-                                                 body + to_lamp * 0.3 + beside * 0.2 + usual.stage.up() * 0.2, body + to_lamp * 0.3 + beside * 0.002 + usual.stage.up() * 0.2},
+  shade.occluders = {reference::PolygonOccluder{{body + to_lamp * 0.3 + beside * 0.002 + usual.stage.up() * -0.2,
+                                                 body + to_lamp * 0.3 + beside * 0.2 + usual.stage.up() * -0.2,
+                                                 body + to_lamp * 0.3 + beside * 0.2 + usual.stage.up() * 0.2,
+                                                 body + to_lamp * 0.3 + beside * 0.002 + usual.stage.up() * 0.2},
                                                 kSkin}};
   add("a sheet's shadow on half of the body", shade);
   shade.occluders = {reference::SphereOccluder{body + to_lamp * 0.3, 0.1, kSkin}};
@@ -293,10 +308,14 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
 
 const char* name_of(Outcome outcome) {
   switch (outcome) {
-    case Outcome::refused: return "refused";
-    case Outcome::flagged: return "flagged";
-    case Outcome::right: return "right";
-    case Outcome::wrong: return "wrong";
+    case Outcome::refused:
+      return "refused";
+    case Outcome::flagged:
+      return "flagged";
+    case Outcome::right:
+      return "right";
+    case Outcome::wrong:
+      return "wrong";
   }
   return "unknown";
 }
@@ -315,7 +334,8 @@ ExtremePicture::ExtremePicture(ExtremeCase what) : case_(std::move(what)) {
   exposure_ = kBrightest / std::max(1e-9, static_cast<double>(*high));
   rig_.lenses.push_back(lens);
   PhotometricCalibration& p = rig_.lenses.front().photometry;
-  p.response.kind = is_bayer(case_.format) || case_.format == PixelFormat::rgb_f32 ? ResponseCurve::Kind::linear : ResponseCurve::Kind::srgb;
+  p.response.kind = is_bayer(case_.format) || case_.format == PixelFormat::rgb_f32 ? ResponseCurve::Kind::linear
+                                                                                   : ResponseCurve::Kind::srgb;
   p.read_noise = 0.002;
   p.shot_noise = 1e-4;
   truth_ = reference::lamp_truths(case_.scene).front().direction_probe;
@@ -377,7 +397,8 @@ Verdict judge_extreme(const Status& status, const Descriptor& made, Vec3d truth)
     const double det = static_cast<double>(c[0]) * c[2] - static_cast<double>(c[1]) * c[1];
     out.error_deg = t.angle / kDegree;
     out.deviations2 = (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det;
-    out.sigma_deg = t.angle > 0 ? std::sqrt(c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / t.angle / kDegree : 0;
+    out.sigma_deg =
+        t.angle > 0 ? std::sqrt(c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / t.angle / kDegree : 0;
     near_enough = out.deviations2 < kThreeSigma;
   }
   out.why = unsound(made);
@@ -394,7 +415,9 @@ Verdict judge_extreme(const Status& status, const Descriptor& made, Vec3d truth)
     out.outcome = Outcome::right;
   } else {
     out.outcome = Outcome::wrong;
-    out.why += (out.why.empty() ? "" : ", ") + std::string(made.lights.empty() ? "no light, and no word of it" : near_enough ? "far off" : "beyond three deviations");
+    out.why += (out.why.empty() ? "" : ", ") + std::string(made.lights.empty() ? "no light, and no word of it"
+                                                           : near_enough       ? "far off"
+                                                                               : "beyond three deviations");
   }
   return out;
 }

@@ -44,7 +44,8 @@ struct ExtremeCase {
   bool unsolved = false;
 };
 
-/// All of them. `bodies_folder`: firmware/estimate/marker/bodies. Throws std::runtime_error where a body cannot be read.
+/// All of them. `bodies_folder`: firmware/estimate/marker/bodies. Throws std::runtime_error where a body cannot be
+/// read.
 [[nodiscard]] std::vector<ExtremeCase> extreme_cases(const std::string& bodies_folder);
 
 enum class Outcome : std::uint8_t { refused, flagged, right, wrong };
@@ -52,8 +53,8 @@ enum class Outcome : std::uint8_t { refused, flagged, right, wrong };
 
 struct Verdict {
   Outcome outcome = Outcome::refused;
-  std::string why;                  ///< The refusal's message, the flags, or what is wrong.
-  std::optional<Vec3d> direction;   ///< Of the strongest light that was answered.
+  std::string why;                      ///< The refusal's message, the flags, or what is wrong.
+  std::optional<Vec3d> direction;       ///< Of the strongest light that was answered.
   double error_deg = 0, sigma_deg = 0;  ///< Of it, where there is one; sigma along the error.
   double deviations2 = 0;               ///< The error's squared Mahalanobis distance (two numbers).
   MarkerReport report;                  ///< What the answer was made from.
@@ -77,9 +78,9 @@ class ExtremePicture {
   Vec3d truth_;
 };
 
-/// Refused: not_found or invalid_argument, with a message. Flagged: unsure or dark; or clipped and within three of its deviations. Right: no
-/// such flag, the strongest light within three of its deviations of `truth` and within 10 degrees. Wrong: all else, another error, a number
-/// that is not finite, and what the wire does not take.
+/// Refused: not_found or invalid_argument, with a message. Flagged: unsure or dark; or clipped and within three of its
+/// deviations. Right: no such flag, the strongest light within three of its deviations of `truth` and within 10
+/// degrees. Wrong: all else, another error, a number that is not finite, and what the wire does not take.
 [[nodiscard]] Verdict judge_extreme(const Status& status, const Descriptor& made, Vec3d truth);
 
 }  // namespace lightwell::marker::test

@@ -1,10 +1,10 @@
 // What a marker's faces and its shadow tell of the light, from samples that closed forms make.
 #include "estimate/marker/light_choice.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
+
+#include <gtest/gtest.h>
 
 #include "firmware/estimate/marker/lit_body.hpp"
 
@@ -39,7 +39,8 @@ TEST(LightChoice, ADistantLampIsFoundWhereItIsAndAsStrongAsItIs) {
   EXPECT_FALSE(light.lamps[0].near) << "no falloff shows";
   EXPECT_FALSE(light.unsure);
   for (std::size_t c = 0; c < 3; ++c) {
-    EXPECT_NEAR(light.lamps[0].lamp.irradiance[c], body.lamps[0].irradiance[c], 0.02 * body.lamps[0].irradiance[c]) << c;
+    EXPECT_NEAR(light.lamps[0].lamp.irradiance[c], body.lamps[0].irradiance[c], 0.02 * body.lamps[0].irradiance[c])
+        << c;
     EXPECT_NEAR(light.ambient[0][c], 0.05, 0.02) << c;
   }
 }
@@ -74,8 +75,12 @@ TEST(LightChoice, FollowingIsNoSurerOfALampThanItsSearchWas) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(0, 1);
   for (unsigned seed = 0; seed < 60; ++seed) {
-    const Vec3d one = towards(360 * unit(random) - 180, 10 + 70 * unit(random)), two = towards(360 * unit(random) - 180, 10 + 70 * unit(random));
-    const LitBody body{.lamps = {{one, 0, kWhite}, {two, 0, {0.5, 0.5, 0.5}}}, .turn_deg = 72 * unit(random), .sample_noise = 0.005, .seed = seed};
+    const Vec3d one = towards(360 * unit(random) - 180, 10 + 70 * unit(random)),
+                two = towards(360 * unit(random) - 180, 10 + 70 * unit(random));
+    const LitBody body{.lamps = {{one, 0, kWhite}, {two, 0, {0.5, 0.5, 0.5}}},
+                       .turn_deg = 72 * unit(random),
+                       .sample_noise = 0.005,
+                       .seed = seed};
     const Shading shading = body.shading();
     const ChosenLight searched = choose_light(shading, {}), followed = choose_light(shading, {}, &searched);
     if (!followed.followed || searched.lamps.empty()) continue;
@@ -140,7 +145,8 @@ TEST(LightChoice, ALampBehindTheBodyIsToldByItsShadowAndByNothingElse) {
 TEST(LightChoice, ATableWithoutAShadowIsNoWitness) {
   LitBody body{.lamps = {{towards(20, 40), 0, kWhite}}, .table = true};
   Shading shading = body.shading();
-  for (std::size_t i = 0; i < shading.table->samples.size(); ++i) shading.table->samples[i].radiance = i % 2 == 0 ? 0.01 : 0.05;
+  for (std::size_t i = 0; i < shading.table->samples.size(); ++i)
+    shading.table->samples[i].radiance = i % 2 == 0 ? 0.01 : 0.05;
   const ChosenLight light = choose_light(shading, {});
   EXPECT_NE(light.around, Around::shadow) << "a chequered cloth";
   ASSERT_FALSE(light.lamps.empty());

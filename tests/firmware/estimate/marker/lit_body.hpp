@@ -1,4 +1,5 @@
-// A dodecahedron of 100 mm in known light, as samples of its faces and of the table that it stands on: closed forms, no pictures.
+// A dodecahedron of 100 mm in known light, as samples of its faces and of the table that it stands on: closed forms, no
+// pictures.
 #pragma once
 
 #include <array>
@@ -17,7 +18,8 @@ namespace lightwell::marker::test {
 inline constexpr double kInradius = 0.05;
 inline constexpr double kDegree = std::numbers::pi / 180;
 
-/// Irradiance of a small surface by that of one that faces the lamp in the body's centre: the inverse-square law and Lambert's.
+/// Irradiance of a small surface by that of one that faces the lamp in the body's centre: the inverse-square law and
+/// Lambert's.
 inline double share_of(const Lamp& lamp, Vec3d at, Vec3d normal) {
   if (!(lamp.inverse_distance > 0)) return std::max(0.0, dot(normal, lamp.direction));
   const double distance = 1 / lamp.inverse_distance;
@@ -34,20 +36,21 @@ inline Vec3d towards(double azimuth_deg, double elevation_deg) {
 
 struct LitBody {
   std::vector<Lamp> lamps;
-  double ambient = 0.05;          ///< Irradiance from all around, alike for all normals.
-  double turn_deg = 0;            ///< About +Y; 0: a face towards the camera, 36: an edge.
+  double ambient = 0.05;  ///< Irradiance from all around, alike for all normals.
+  double turn_deg = 0;    ///< About +Y; 0: a face towards the camera, 36: an edge.
   double camera_elevation_deg = 26.565;
   bool table = false;
   double table_albedo = 0.05;
-  double sample_noise = 0;        ///< Relative, of each sample.
-  double surface_noise = 0;       ///< Relative, of each face.
-  double floor_noise = 0;         ///< Of each face, relative to an irradiance of one.
+  double sample_noise = 0;   ///< Relative, of each sample.
+  double surface_noise = 0;  ///< Relative, of each face.
+  double floor_noise = 0;    ///< Of each face, relative to an irradiance of one.
   unsigned seed = 1;
 
   [[nodiscard]] std::array<Vec3d, 12> normals() const {
     std::array<Vec3d, 12> out{};
     out[0] = {0, 1, 0};
-    for (std::size_t k = 0; k < 5; ++k) out[1 + k] = towards(turn_deg + 72.0 * static_cast<double>(k), std::atan(0.5) / kDegree);
+    for (std::size_t k = 0; k < 5; ++k)
+      out[1 + k] = towards(turn_deg + 72.0 * static_cast<double>(k), std::atan(0.5) / kDegree);
     for (std::size_t k = 0; k < 6; ++k) out[6 + k] = -out[k];
     return out;
   }
@@ -68,7 +71,8 @@ struct LitBody {
 
   /// Whether the body stands between a point outside of it and a lamp.
   [[nodiscard]] bool shaded(Vec3d point, const Lamp& lamp) const {
-    const Vec3d to_lamp = lamp.inverse_distance > 0 ? lamp.direction * (1 / lamp.inverse_distance) - point : lamp.direction * 10.0;
+    const Vec3d to_lamp =
+        lamp.inverse_distance > 0 ? lamp.direction * (1 / lamp.inverse_distance) - point : lamp.direction * 10.0;
     double enter = 0, leave = 1;
     for (const Vec3d& n : normals()) {
       const double room = kInradius - dot(n, point), speed = dot(n, to_lamp);
@@ -121,7 +125,8 @@ struct LitBody {
         const Vec3d p{x, -kInradius, z};
         // What the body hides from the camera, taken for a ball.
         const Vec3d ray = normalized(p - camera);
-        if (length(camera + ray * dot(-camera, ray)) < 1.25 * kInradius && dot(-camera, ray) < length(p - camera)) continue;
+        if (length(camera + ray * dot(-camera, ray)) < 1.25 * kInradius && dot(-camera, ray) < length(p - camera))
+          continue;
         TableSample sample;
         sample.position = p;
         const double squared = x * x + z * z + kInradius * kInradius;
@@ -130,7 +135,8 @@ struct LitBody {
         for (const Lamp& lamp : lamps) {
           double seen = 0;
           for (int k = 0; k < 16; ++k)
-            seen += shaded(p + Vec3d{(k % 4 - 1.5) / 4 * on.step_m, 0, (k / 4 - 1.5) / 4 * on.step_m}, lamp) ? 0 : 1.0 / 16;
+            seen +=
+                shaded(p + Vec3d{(k % 4 - 1.5) / 4 * on.step_m, 0, (k / 4 - 1.5) / 4 * on.step_m}, lamp) ? 0 : 1.0 / 16;
           e += (lamp.irradiance[0] + lamp.irradiance[1] + lamp.irradiance[2]) / 3 * seen * share_of(lamp, p, on.normal);
         }
         sample.radiance = table_albedo / std::numbers::pi * e * (1 + 2 * sample_noise * normal(random));

@@ -1,13 +1,13 @@
-// The marker's whole way, from the picture's bytes to the descriptor, where pictures are hard or are none of the marker: refused, flagged or
-// right, never confidently wrong, never a number that is none.
-#include <gtest/gtest.h>
-
+// The marker's whole way, from the picture's bytes to the descriptor, where pictures are hard or are none of the
+// marker: refused, flagged or right, never confidently wrong, never a number that is none.
 #include <cctype>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "firmware/estimate/marker/extreme_scenes.hpp"
 
@@ -29,7 +29,8 @@ TEST_P(MarkerExtremes, IsRefusedOrFlaggedOrRight) {
         EXPECT_TRUE(v.outcome != Outcome::wrong || v.why.find("beyond three deviations") != std::string::npos) << v.why;
         continue;
       }
-      EXPECT_NE(v.outcome, Outcome::wrong) << v.why << ": off by " << v.error_deg << " deg, sigma " << v.sigma_deg << " deg, seed " << seed;
+      EXPECT_NE(v.outcome, Outcome::wrong)
+          << v.why << ": off by " << v.error_deg << " deg, sigma " << v.sigma_deg << " deg, seed " << seed;
       if (GetParam().easy) {
         EXPECT_EQ(v.outcome, Outcome::right) << v.why << ": off by " << v.error_deg << " deg, sigma " << v.sigma_deg;
       }
@@ -40,11 +41,13 @@ TEST_P(MarkerExtremes, IsRefusedOrFlaggedOrRight) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, MarkerExtremes, testing::ValuesIn(cases()), [](const testing::TestParamInfo<ExtremeCase>& one) {
-  std::string name;
-  for (const char c : one.param.name) name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Each, MarkerExtremes, testing::ValuesIn(cases()),
+                         [](const testing::TestParamInfo<ExtremeCase>& one) {
+                           std::string name;
+                           for (const char c : one.param.name)
+                             name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+                           return name;
+                         });
 
 const ExtremeCase& case_of(const std::string& name) {
   for (const ExtremeCase& one : cases())
@@ -52,24 +55,27 @@ const ExtremeCase& case_of(const std::string& name) {
   throw std::runtime_error("no case " + name);
 }
 
-// Noise is another in each format, and with it what explains the picture best (a table or none): two answers may be as far apart as both
-// say of themselves, and each is as good as a lamp in view has to be.
+// Noise is another in each format, and with it what explains the picture best (a table or none): two answers may be as
+// far apart as both say of themselves, and each is as good as a lamp in view has to be.
 TEST(MarkerFormats, OneSceneHasOneLightWhateverThePixels) {
   constexpr double kLampInViewDeg = 3;
   const Verdict rgb = ExtremePicture(case_of("plain")).worst(1);
   ASSERT_TRUE(rgb.direction.has_value());
   EXPECT_LT(rgb.error_deg, kLampInViewDeg);
-  for (const PixelFormat format : {PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8, PixelFormat::bayer_rggb12}) {
+  for (const PixelFormat format :
+       {PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8, PixelFormat::bayer_rggb12}) {
     const Verdict other = ExtremePicture(case_of("plain, " + std::string(to_string(format)))).worst(1);
     ASSERT_TRUE(other.direction.has_value()) << to_string(format);
     EXPECT_LT(other.error_deg, kLampInViewDeg) << to_string(format);
-    EXPECT_LT(angle_between(*rgb.direction, *other.direction) * 180 / std::numbers::pi, 3 * std::hypot(rgb.sigma_deg, other.sigma_deg))
+    EXPECT_LT(angle_between(*rgb.direction, *other.direction) * 180 / std::numbers::pi,
+              3 * std::hypot(rgb.sigma_deg, other.sigma_deg))
         << to_string(format);
   }
 }
 
 TEST(MarkerExtremesRefuse, WhatShowsNoTagOfTheBody) {
-  for (const char* name : {"exposure x 1e-4, all black", "mirrored picture", "another body's tags", "noise alone", "floats, none a number"}) {
+  for (const char* name : {"exposure x 1e-4, all black", "mirrored picture", "another body's tags", "noise alone",
+                           "floats, none a number"}) {
     const Verdict v = ExtremePicture(case_of(name)).worst(1);
     EXPECT_EQ(v.outcome, Outcome::refused) << name << ": " << name_of(v.outcome) << ", " << v.why;
   }

@@ -29,7 +29,8 @@ std::vector<SurfaceSample> samples_of(const std::vector<Vec3d>& normals, const s
   std::vector<SurfaceSample> out;
   for (std::size_t i = 0; i < normals.size(); ++i)
     for (int k = 0; k < 4; ++k)
-      out.push_back({normals[i] * kInradius, normals[i], {irradiance[i], irradiance[i], irradiance[i]}, {}, static_cast<int>(i)});
+      out.push_back(
+          {normals[i] * kInradius, normals[i], {irradiance[i], irradiance[i], irradiance[i]}, {}, static_cast<int>(i)});
   return out;
 }
 
@@ -37,7 +38,8 @@ std::vector<SurfaceSample> samples_of(const std::vector<Vec3d>& normals, const s
 LitBody room() {
   LitBody body;
   body.ambient = 0.4;
-  body.lamps = {{towards(60, 20), 0, {1, 1, 1}}, {towards(-80, 50), 0, {0.6, 0.6, 0.6}}, {towards(10, -30), 0, {0.4, 0.4, 0.4}}};
+  body.lamps = {
+      {towards(60, 20), 0, {1, 1, 1}}, {towards(-80, 50), 0, {0.6, 0.6, 0.6}}, {towards(10, -30), 0, {0.4, 0.4, 0.4}}};
   return body;
 }
 
@@ -52,7 +54,8 @@ TEST(MostEvenLight, FacesThatGetTheSameAreInEvenLight) {
   body.ambient = 2;
   const auto light = most_even_light(body.shading().samples, {}, {}, kBand);
   ASSERT_TRUE(light);
-  for (const Vec3d& normal : even_directions(100)) EXPECT_NEAR(lit(*light, normal), 2, 2e-3) << "the directions are a sum's";
+  for (const Vec3d& normal : even_directions(100))
+    EXPECT_NEAR(lit(*light, normal), 2, 2e-3) << "the directions are a sum's";
 }
 
 TEST(MostEvenLight, ExplainsTheFacesItWasMadeFrom) {
@@ -106,13 +109,15 @@ TEST(MostEvenLight, WhatStandsOutAboutALampIsTheLampsAndTheSumStays) {
   body.lamps = {{towards(20, 30), 0, {2, 2, 2}}};
   const Shading shading = body.shading();
   const std::vector<Vec3d> toward = {body.lamps[0].direction, -body.lamps[0].direction};
-  const auto split = most_even_light(shading.samples, {}, toward, kBand), whole = most_even_light(shading.samples, {}, {}, kBand);
+  const auto split = most_even_light(shading.samples, {}, toward, kBand),
+             whole = most_even_light(shading.samples, {}, {}, kBand);
   ASSERT_TRUE(split && whole);
   EXPECT_GT(split->lamps[0][1], 0.1);
   EXPECT_LT(split->lamps[0][1], 2) << "no more than the lamp has";
   EXPECT_LT(split->lamps[1][1], 0.25 * split->lamps[0][1]) << "little stands out where no face looks";
   for (const SurfaceSample& s : shading.samples)
-    EXPECT_NEAR(lit(*split, s.normal, toward), lit(*whole, s.normal), 0.05) << "20 degrees of light taken for its middle";
+    EXPECT_NEAR(lit(*split, s.normal, toward), lit(*whole, s.normal), 0.05)
+        << "20 degrees of light taken for its middle";
 }
 
 TEST(MostEvenLight, ScalesWithTheLight) {
@@ -126,7 +131,8 @@ TEST(MostEvenLight, ScalesWithTheLight) {
       for (double& e : s.irradiance) e *= scale;
     const auto scaled = most_even_light(samples, {}, {}, kBand);
     ASSERT_TRUE(scaled);
-    for (const Vec3d& normal : even_directions(20)) EXPECT_NEAR(lit(*scaled, normal) / scale, lit(*light, normal), 1e-4);
+    for (const Vec3d& normal : even_directions(20))
+      EXPECT_NEAR(lit(*scaled, normal) / scale, lit(*light, normal), 1e-4);
   }
 }
 

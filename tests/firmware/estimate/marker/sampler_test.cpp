@@ -1,7 +1,6 @@
-// Which faces of a body are sampled: a dodecahedron in a picture that is painted by its planes, white but for the tags' rings.
+// Which faces of a body are sampled: a dodecahedron in a picture that is painted by its planes, white but for the tags'
+// rings.
 #include "estimate/marker/sampler.hpp"
-
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,8 @@
 #include <set>
 #include <utility>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "calibration/lens_table.hpp"
 
@@ -73,7 +74,8 @@ class Stage {
     const std::vector<float> pixels = picture(covered);
     Frame frame;
     frame.info.exposure_s = 1;
-    frame.add_view({0, PixelFormat::rgb_f32, kWidth, kHeight, packed_stride(PixelFormat::rgb_f32, kWidth), std::as_bytes(std::span(pixels))});
+    frame.add_view({0, PixelFormat::rgb_f32, kWidth, kHeight, packed_stride(PixelFormat::rgb_f32, kWidth),
+                    std::as_bytes(std::span(pixels))});
     estimate::RowReader reader(rig_, table_);
     EXPECT_TRUE(reader.bind(std::span(&frame, 1)).ok());
     SamplerOptions options;
@@ -146,7 +148,8 @@ TEST(MarkerSampler, WithoutALimitTakesAllThatTheLensSeesInTheBodysOrder) {
 
 TEST(MarkerSampler, PaperOfARadianceGetsPiTimesItByItsAlbedo) {
   for (const SurfaceSample& s : Stage().sample(0).shading.samples)
-    for (const double e : s.irradiance) EXPECT_NEAR(e, std::numbers::pi / 0.8, 1e-4) << "the body's file says 0.8, the picture is 1";
+    for (const double e : s.irradiance)
+      EXPECT_NEAR(e, std::numbers::pi / 0.8, 1e-4) << "the body's file says 0.8, the picture is 1";
 }
 
 TEST(MarkerSampler, LooksAtTheTableWhateverTheFaces) {

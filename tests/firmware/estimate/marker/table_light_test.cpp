@@ -1,10 +1,11 @@
-// What a table sends to a face, against the closed forms of a disc of one brightness: the integral over it of cos cos / (pi r^2).
+// What a table sends to a face, against the closed forms of a disc of one brightness: the integral over it of cos cos /
+// (pi r^2).
 #include "estimate/marker/table_light.hpp"
-
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+
+#include <gtest/gtest.h>
 
 namespace lightwell::marker {
 namespace {
@@ -14,8 +15,8 @@ constexpr Rgb kRadiance = {0.2, 0.4, 0.1};
 /// The disc is made of squares: what they are larger or smaller by.
 constexpr double kSquares = 0.01;
 
-/// A face above the middle of a disc of one colour that lies `kHeight` below it, in axes in which `up` is its normal. What is nearer to
-/// the middle than `hidden` is not seen.
+/// A face above the middle of a disc of one colour that lies `kHeight` below it, in axes in which `up` is its normal.
+/// What is nearer to the middle than `hidden` is not seen.
 Shading above_a_disc(Vec3d up, Vec3d normal, double hidden = 0) {
   Shading out;
   SurfaceSample face;
@@ -50,7 +51,8 @@ TEST(TableLight, AFaceThatLooksDownSeesTheDisc) {
   const double factor = kRadius * kRadius / (kRadius * kRadius + kHeight * kHeight);
   for (const Vec3d up : {Vec3d{0, 1, 0}, normalized(Vec3d{0.2, 0.9, -0.3}), Vec3d{0, 0, 1}}) {
     const Rgb light = found(above_a_disc(up, -up));
-    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(light[c] / (std::numbers::pi * kRadiance[c] * factor), 1, kSquares) << c;
+    for (std::size_t c = 0; c < 3; ++c)
+      EXPECT_NEAR(light[c] / (std::numbers::pi * kRadiance[c] * factor), 1, kSquares) << c;
   }
 }
 
@@ -59,12 +61,11 @@ TEST(TableLight, AFaceThatStandsUprightSeesHalfOfIt) {
   const double factor = (std::atan(1 / h) - h / (h * h + 1)) / std::numbers::pi;
   const Vec3d up{0, 1, 0};
   const Rgb light = found(above_a_disc(up, {0, 0, 1}));
-  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(light[c] / (std::numbers::pi * kRadiance[c] * factor), 1, 2 * kSquares) << c;
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(light[c] / (std::numbers::pi * kRadiance[c] * factor), 1, 2 * kSquares) << c;
 }
 
-TEST(TableLight, AFaceThatLooksUpSeesNoneOfIt) {
-  EXPECT_EQ(found(above_a_disc({0, 1, 0}, {0, 1, 0})), Rgb{});
-}
+TEST(TableLight, AFaceThatLooksUpSeesNoneOfIt) { EXPECT_EQ(found(above_a_disc({0, 1, 0}, {0, 1, 0})), Rgb{}); }
 
 TEST(TableLight, WhatTheBodyHidesIsTakenForWhatIsSeenAroundIt) {
   const Vec3d up{0, 1, 0};

@@ -7,6 +7,7 @@ The closed form of a lit face: a sphere of radiance L and radius R whose centre 
 albedo a, gives it the radiance a L (R/d)^2 cos theta. Sky of radiance A over the share s of its hemisphere that the board leaves: a A s. The
 board: its radiance by the same forms, with the shadow that the body casts, summed over rays.
 """
+
 import functools
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +18,8 @@ import dodecahedron as body
 import scenes
 
 TAG_LIMIT_PX = 0.3
-# Of a face's white paper, against the closed form: relative, and for what the body sends to the board and gets back (seen: 0.0016).
+# Of a face's white paper, against the closed form: relative, and for what the body sends to the board and gets back
+# (seen: 0.0016).
 MEAN_LIMIT, MEAN_LIMIT_ABSOLUTE = 0.01, 0.003
 
 ROOM_LIMIT = 0.01  # noise of a million samples, and a sum over pixels against an integral between them
@@ -50,7 +52,9 @@ def printed(frame: scenes.Frame, dx: float = 0.0, dy: float = 0.0) -> tuple[np.n
     x, y, w, h = scenes.body_box(frame)
     part = (slice(y, y + h), slice(x, x + w))
     rays, place = pixel_rays(frame, dx, dy)[part], frame.camera.axes()[:3, 3]
-    face, albedo = np.full((frame.camera.height, frame.camera.width), -1), np.zeros((frame.camera.height, frame.camera.width))
+    face, albedo = np.full((frame.camera.height, frame.camera.width), -1), np.zeros(
+        (frame.camera.height, frame.camera.width)
+    )
     points = np.broadcast_to(place, (*face.shape, 3)).copy()
     near, t = hit_body(place, rays, frame.world_body())
     within = place + np.where(near >= 0, t, 0)[..., None] * rays
@@ -107,7 +111,11 @@ def cosine_rays(normal: np.ndarray, count: int) -> np.ndarray:
 def board_radiance(points: np.ndarray, frame: scenes.Frame) -> np.ndarray:
     """(n, 3), at points on the board. The body casts a hard shadow and hides sky; the light that it sends down is left out."""
     up = np.array([0.0, 1, 0])
-    light = scenes.AMBIENT * (1 - hits_body(points[:, None, :], cosine_rays(up, 64)[None], frame).mean(1))[:, None] * np.ones(3)
+    light = (
+        scenes.AMBIENT
+        * (1 - hits_body(points[:, None, :], cosine_rays(up, 64)[None], frame).mean(1))[:, None]
+        * np.ones(3)
+    )
     for lamp in frame.lamps:
         free = ~hits_body(points, lamp.position() - points, frame)
         light += np.where(free[:, None], direct(points, up, (lamp,)), 0)
@@ -136,7 +144,9 @@ def noise(frame: scenes.Frame, halves: list[np.ndarray]) -> dict:
     """One standard deviation of a pixel of the mean of two halves, relative to what is there: on lit paper (half as bright as the
     brightest or more), on dim paper, on the board outside of the picture's body."""
     face, albedo, _ = clean_pixels(frame)
-    half = np.abs(halves[0] - halves[1]).mean(-1) / 2 * np.sqrt(np.pi / 2)  # mean absolute to standard deviation: penumbras count as one pixel
+    half = (
+        np.abs(halves[0] - halves[1]).mean(-1) / 2 * np.sqrt(np.pi / 2)
+    )  # mean absolute to standard deviation: penumbras count as one pixel
     mean = (halves[0] + halves[1]).mean(-1) / 2
     light = np.where(albedo > 0, mean / np.maximum(albedo, 1e-9), 0)
     paper = (face >= 0) & (albedo > 0.1)
@@ -236,7 +246,13 @@ def check_room(frame: scenes.Frame, image: np.ndarray, truth: dict) -> tuple[flo
     return worst, wrong
 
 
-def run(frames: list[scenes.Frame], folder: Path, known: dict, read: Callable[[Path], np.ndarray], sha256: Callable[[Path], str]) -> int:
+def run(
+    frames: list[scenes.Frame],
+    folder: Path,
+    known: dict,
+    read: Callable[[Path], np.ndarray],
+    sha256: Callable[[Path], str],
+) -> int:
     """Every check of every frame; prints what it finds. The exit code."""
     wrong: list[str] = []
     for frame in frames:
@@ -270,5 +286,7 @@ def run(frames: list[scenes.Frame], folder: Path, known: dict, read: Callable[[P
     for line in wrong:
         print(f"WRONG: {line}")
     sizes = [path.stat().st_size for path in folder.glob("*.exr")]
-    print(f"{len(frames)} frames checked, {len(wrong)} things wrong; {len(sizes)} of {len(scenes.FRAMES)} are there, {sum(sizes) / 1e6:.1f} MB")
+    print(
+        f"{len(frames)} frames checked, {len(wrong)} things wrong; {len(sizes)} of {len(scenes.FRAMES)} are there, {sum(sizes) / 1e6:.1f} MB"
+    )
     return 1 if wrong else 0

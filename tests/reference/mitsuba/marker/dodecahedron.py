@@ -10,6 +10,7 @@ Written anew from the design, so that the frames here and Lightwell's own body f
 
 The body's frame: right-handed, metres, origin in the centre, +Y the top (face 0). A face's frame is its tag's: +X right, +Y up, +Z out.
 """
+
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -147,7 +148,9 @@ def albedo_at(variant: str, face: int, x, y) -> np.ndarray:
     x, y = np.asarray(x, float), np.asarray(y, float)
     row, column = (np.clip(np.floor((RIM / 2 + q) / CELL).astype(int), 0, 9) for q in (-y, x))
     quadrant = np.take(QUADRANTS[variant], (x > 0).astype(int) + 2 * (y < 0).astype(int))
-    return np.where(np.maximum(np.abs(x), np.abs(y)) < RIM / 2, np.where(bitmap(face)[row, column], INK, WHITE), quadrant)
+    return np.where(
+        np.maximum(np.abs(x), np.abs(y)) < RIM / 2, np.where(bitmap(face)[row, column], INK, WHITE), quadrant
+    )
 
 
 def tag_corners(face: int) -> np.ndarray:
@@ -226,7 +229,9 @@ def compare(path: Path, variant: str, tolerance: float = 1e-6) -> Comparison:
     for face in body["face"]:
         i = int(face.get("tag_id", [0])[0])
         pose = {k: face["pose"][0].get(k, [0.0])[0] for k in ("qx", "qy", "qz", "qw", "tx", "ty", "tz")}
-        theirs = np.column_stack([rotation(pose["qx"], pose["qy"], pose["qz"], pose["qw"]), [pose["tx"], pose["ty"], pose["tz"]]])
+        theirs = np.column_stack(
+            [rotation(pose["qx"], pose["qy"], pose["qz"], pose["qw"]), [pose["tx"], pose["ty"], pose["tz"]]]
+        )
         # Of the rotation, what it moves at a face's rim.
         off = max(np.abs(theirs[:, 3] - mine[i, :3, 3]).max(), np.abs(theirs[:, :3] - mine[i, :3, :3]).max() * 0.04)
         need(off < tolerance, f"face {i}: T_body_face is\n{theirs}\nand here\n{mine[i, :3]}")
@@ -239,9 +244,15 @@ def compare(path: Path, variant: str, tolerance: float = 1e-6) -> Comparison:
             polygon, albedo = np.array(patch["outline_m"]).reshape(-1, 2), patch["albedo"]
             need(area(polygon) > 0, f"face {i}: a patch is clockwise")
             covered += area(polygon)
-            rim_points = polygon + 1e-5 * (polygon.mean(0) - polygon) / np.linalg.norm(polygon.mean(0) - polygon, axis=1)[:, None]
+            rim_points = (
+                polygon
+                + 1e-5 * (polygon.mean(0) - polygon) / np.linalg.norm(polygon.mean(0) - polygon, axis=1)[:, None]
+            )
             inner = [polygon.mean(0) + t * (p - polygon.mean(0)) for p in rim_points for t in (0, 0.5, 1.0)]
-            edges = [(a + b) / 2 + 1e-5 * unit(polygon.mean(0) - (a + b) / 2) for a, b in zip(polygon, np.roll(polygon, -1, 0))]
+            edges = [
+                (a + b) / 2 + 1e-5 * unit(polygon.mean(0) - (a + b) / 2)
+                for a, b in zip(polygon, np.roll(polygon, -1, 0))
+            ]
             for x, y in [*inner, *edges]:
                 here = albedo_at(variant, i, x, y)
                 need(all(abs(a - here) < 1e-6 for a in albedo),

@@ -3,6 +3,7 @@
 Written anew from the written rules (HOUSE: equirectangular images, direction of a bright region). Arrays are (H, W, 3), row 0 the
 top; d = (cos theta sin phi, sin theta, -cos theta cos phi), so the middle of the picture is -Z and +X lies to its right.
 """
+
 import numpy as np
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -59,9 +60,14 @@ def bright_region(image: np.ndarray) -> dict:
     direction = vector / np.linalg.norm(vector)
     facing = np.where(seen, solid_angles(height), 0) * (directions(height) @ direction)
     spread = float((weight * (1 - directions(height) @ direction)).sum() / weight.sum())
-    return {"direction": direction, "vector_irradiance_rgb": np.tensordot(facing, image, 2), "pixels": int(seen.sum()),
-            "solid_angle_sr": float((seen * solid_angles(height)).sum()), "angular_radius_deg": float(np.degrees(np.arccos(1 - 2 * spread))),
-            "peak_to_mean": float(lum.max() / ((lum * solid_angles(height)).sum() / (4 * np.pi)))}
+    return {
+        "direction": direction,
+        "vector_irradiance_rgb": np.tensordot(facing, image, 2),
+        "pixels": int(seen.sum()),
+        "solid_angle_sr": float((seen * solid_angles(height)).sum()),
+        "angular_radius_deg": float(np.degrees(np.arccos(1 - 2 * spread))),
+        "peak_to_mean": float(lum.max() / ((lum * solid_angles(height)).sum() / (4 * np.pi))),
+    }
 
 
 def irradiance(image: np.ndarray, normals: np.ndarray) -> np.ndarray:

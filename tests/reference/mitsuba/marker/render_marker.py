@@ -10,6 +10,7 @@ Shares no code with Lightwell: geometry in dodecahedron.py, scenes in scenes.py,
 
 Exit: 0 done, 1 something disagrees (the message says what).
 """
+
 import argparse
 import hashlib
 import json
@@ -90,14 +91,28 @@ def lit_scene(frame: scenes.Frame, lamp: scenes.Lamp, folder: Path) -> mi.Scene:
     it is then free of noise."""
     share = scenes.AMBIENT / len(frame.lamps)
     t = mi.ScalarTransform4f
-    d = {"type": "scene", "integrator": {"type": "path", "max_depth": 4, "rr_depth": 100, "hide_emitters": not frame.lamp_visible},
-         "lamp": sphere(lamp.position(), lamp.radius) | {"bsdf": {"type": "diffuse", "reflectance": rgb([0] * 3)},
-                                                        "emitter": {"type": "area", "radiance": rgb(lamp.radiance()), "sampling_weight": 1.0}},
-         "around": {"type": "constant", "radiance": rgb([share] * 3), "sampling_weight": 0.0}}
+    d = {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 4, "rr_depth": 100, "hide_emitters": not frame.lamp_visible},
+        "lamp": sphere(lamp.position(), lamp.radius)
+        | {
+            "bsdf": {"type": "diffuse", "reflectance": rgb([0] * 3)},
+            "emitter": {"type": "area", "radiance": rgb(lamp.radiance()), "sampling_weight": 1.0},
+        },
+        "around": {"type": "constant", "radiance": rgb([share] * 3), "sampling_weight": 0.0},
+    }
     if frame.board:
-        place = t().translate([0, scenes.BOARD_HEIGHT, 0]).rotate([1, 0, 0], -90).scale([scenes.BOARD_SIZE[0] / 2, scenes.BOARD_SIZE[1] / 2, 1])
-        d["board"] = {"type": "rectangle", "to_world": place,
-                      "bsdf": {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb([scenes.BOARD_ALBEDO] * 3)}}}
+        place = (
+            t()
+            .translate([0, scenes.BOARD_HEIGHT, 0])
+            .rotate([1, 0, 0], -90)
+            .scale([scenes.BOARD_SIZE[0] / 2, scenes.BOARD_SIZE[1] / 2, 1])
+        )
+        d["board"] = {
+            "type": "rectangle",
+            "to_world": place,
+            "bsdf": {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb([scenes.BOARD_ALBEDO] * 3)}},
+        }
     for i, (kind, *numbers) in enumerate(frame.things):
         d[f"thing_{i}"] = thing(kind, numbers)
     return mi.load_dict(d | matte_body(frame, folder))
@@ -106,9 +121,13 @@ def lit_scene(frame: scenes.Frame, lamp: scenes.Lamp, folder: Path) -> mi.Scene:
 def sky(image: np.ndarray) -> dict:
     """The house's panorama as Mitsuba's. Mitsuba's middle column is +Z, the house's -Z: half a turn. And Mitsuba has the first and the
     last row's centres on the poles (half a pixel off there, none at the horizon): rows at half steps, those between two of ours their
-    mean, are the same picture by either reading, bilinear between pixel centres. sky_off_by_deg() holds both against a bright block."""
+    mean, are the same picture by either reading, bilinear between pixel centres. sky_off_by_deg() holds both against a bright block.
+    """
     height, width = image.shape[:2]
-    over = [np.concatenate([np.roll(image[:1], width // 2, 1), image]), np.concatenate([image, np.roll(image[-1:], width // 2, 1)])]
+    over = [
+        np.concatenate([np.roll(image[:1], width // 2, 1), image]),
+        np.concatenate([image, np.roll(image[-1:], width // 2, 1)]),
+    ]
     rows = np.empty((2 * height + 1, width, 3), np.float32)
     rows[0::2], rows[1::2] = (over[0] + over[1]) / 2, image
     bitmap = mi.Bitmap(rows, mi.Bitmap.PixelFormat.RGB)
@@ -122,8 +141,18 @@ def sky_off_by_deg() -> float:
         image = np.zeros((height, 2 * height, 3))
         image[row:row + 4, column:column + 4] = 1.0
         expected = body.unit(pan.directions(height)[row:row + 4, column:column + 4].mean((0, 1)))
-        camera = {"type": "perspective", "fov": 10.0, "to_world": mi.ScalarTransform4f().look_at([0, 0, 0], expected.tolist(), [0, 1, 0]),
-                  "film": {"type": "hdrfilm", "width": 64, "height": 64, "pixel_format": "luminance", "rfilter": {"type": "box"}}}
+        camera = {
+            "type": "perspective",
+            "fov": 10.0,
+            "to_world": mi.ScalarTransform4f().look_at([0, 0, 0], expected.tolist(), [0, 1, 0]),
+            "film": {
+                "type": "hdrfilm",
+                "width": 64,
+                "height": 64,
+                "pixel_format": "luminance",
+                "rfilter": {"type": "box"},
+            },
+        }
         scene = mi.load_dict({"type": "scene", "integrator": {"type": "path", "max_depth": 1}, "sky": sky(image)})
         seen = np.array(mi.render(scene, sensor=mi.load_dict(camera), spp=16), float).reshape(64, 64)
         at = (np.arange(64) + 0.5) / 32 - 1
@@ -135,23 +164,47 @@ def sky_off_by_deg() -> float:
 def sensor(camera: scenes.Camera, color: bool, crop: tuple[int, int, int, int] | None = None) -> mi.Sensor:
     m = camera.axes()
     x, y, w, h = crop or (0, 0, camera.width, camera.height)
-    look = mi.ScalarTransform4f().look_at(origin=m[:3, 3].tolist(), target=(m[:3, 3] - m[:3, 2]).tolist(), up=m[:3, 1].tolist())
-    return mi.load_dict({
-        "type": "perspective", "fov": float(np.degrees(2 * np.arctan(camera.width / 2 / camera.focal_px))), "fov_axis": "x",
-        "near_clip": 0.01, "far_clip": 100.0, "to_world": look,
-        "film": {"type": "hdrfilm", "width": camera.width, "height": camera.height, "crop_offset_x": x, "crop_offset_y": y, "crop_width": w,
-                 "crop_height": h, "pixel_format": "rgb" if color else "luminance", "component_format": "float32", "rfilter": {"type": "box"}},
-        "sampler": {"type": "multijitter"}})
+    look = mi.ScalarTransform4f().look_at(
+        origin=m[:3, 3].tolist(), target=(m[:3, 3] - m[:3, 2]).tolist(), up=m[:3, 1].tolist()
+    )
+    return mi.load_dict(
+        {
+            "type": "perspective",
+            "fov": float(np.degrees(2 * np.arctan(camera.width / 2 / camera.focal_px))),
+            "fov_axis": "x",
+            "near_clip": 0.01,
+            "far_clip": 100.0,
+            "to_world": look,
+            "film": {
+                "type": "hdrfilm",
+                "width": camera.width,
+                "height": camera.height,
+                "crop_offset_x": x,
+                "crop_offset_y": y,
+                "crop_width": w,
+                "crop_height": h,
+                "pixel_format": "rgb" if color else "luminance",
+                "component_format": "float32",
+                "rfilter": {"type": "box"},
+            },
+            "sampler": {"type": "multijitter"},
+        }
+    )
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Rendering
 # ---------------------------------------------------------------------------------------------------------------------
-def passes(scene: mi.Scene, camera: mi.Sensor, spp: int, seed: int, integrator: mi.Integrator | None = None) -> np.ndarray:
+def passes(
+    scene: mi.Scene, camera: mi.Sensor, spp: int, seed: int, integrator: mi.Integrator | None = None
+) -> np.ndarray:
     """The mean of passes with seeds of their own: (h, w, channels)."""
     count = max(1, round(spp / PASS_SAMPLES))
     each, more = spp // count, {} if integrator is None else {"integrator": integrator}
-    total = sum(np.array(mi.render(scene, sensor=camera, spp=each, seed=seed + i, **more), float) for i in range(count)) / count
+    total = (
+        sum(np.array(mi.render(scene, sensor=camera, spp=each, seed=seed + i, **more), float) for i in range(count))
+        / count
+    )
     return total[..., None] if total.ndim == 2 else total
 
 
@@ -164,7 +217,9 @@ def render_lit(frame: scenes.Frame, key: int, args: argparse.Namespace, folder: 
         for half in range(2):
             seed = SEED + 10000 * key + 1000 * number + 200 * half
             picture = passes(scene, sensor(frame.camera, frame.color), args.board_spp // 2, seed)
-            picture[y:y + h, x:x + w] = passes(scene, sensor(frame.camera, frame.color, (x, y, w, h)), args.body_spp // 2, seed + 100)
+            picture[y : y + h, x : x + w] = passes(
+                scene, sensor(frame.camera, frame.color, (x, y, w, h)), args.body_spp // 2, seed + 100
+            )
             halves[half] += picture
     return halves
 
@@ -175,14 +230,31 @@ def face_light(image: np.ndarray, normal: np.ndarray, spp: int, seed: int) -> li
     side = [1, 0, 0] if abs(normal[0]) < 0.9 else [0, 1, 0]
     plane = {"type": "rectangle", "to_world": t.look_at(origin=[0, 0, 0], target=normal.tolist(), up=side),
              "bsdf": {"type": "diffuse", "reflectance": rgb([1] * 3)}}
-    camera = mi.load_dict({"type": "perspective", "fov": 20.0, "to_world": t.look_at(origin=normal.tolist(), target=[0, 0, 0], up=side),
-                           "film": {"type": "hdrfilm", "width": 32, "height": 32, "pixel_format": "rgb", "component_format": "float32",
-                                    "rfilter": {"type": "box"}}, "sampler": {"type": "multijitter"}})
-    scene = mi.load_dict({"type": "scene", "integrator": {"type": "path", "max_depth": 2}, "sky": sky(image), "plane": plane})
+    camera = mi.load_dict(
+        {
+            "type": "perspective",
+            "fov": 20.0,
+            "to_world": t.look_at(origin=normal.tolist(), target=[0, 0, 0], up=side),
+            "film": {
+                "type": "hdrfilm",
+                "width": 32,
+                "height": 32,
+                "pixel_format": "rgb",
+                "component_format": "float32",
+                "rfilter": {"type": "box"},
+            },
+            "sampler": {"type": "multijitter"},
+        }
+    )
+    scene = mi.load_dict(
+        {"type": "scene", "integrator": {"type": "path", "max_depth": 2}, "sky": sky(image), "plane": plane}
+    )
     return [passes(scene, camera, spp // 2, seed + 500 * half).mean((0, 1)) for half in range(2)]
 
 
-def render_room(frame: scenes.Frame, image: np.ndarray, key: int, args: argparse.Namespace, folder: Path) -> tuple[list[np.ndarray], np.ndarray]:
+def render_room(
+    frame: scenes.Frame, image: np.ndarray, key: int, args: argparse.Namespace, folder: Path
+) -> tuple[list[np.ndarray], np.ndarray]:
     """Two halves, and (12, 2, 3) the light on every face that is seen.
 
     The room is infinitely far and the body convex: each face is lit alike all over and by nothing but the room. So Mitsuba first
@@ -202,7 +274,9 @@ def render_room(frame: scenes.Frame, image: np.ndarray, key: int, args: argparse
             "bsdf": {"type": "diffuse", "reflectance": rgb([0] * 3)},
             "emitter": {"type": "area", "radiance": rgb(albedo * light[i].mean(0))}}
     scene = mi.load_dict(d)
-    return [passes(scene, sensor(frame.camera, True), 36, SEED + 10000 * key + 5000 + 200 * half) for half in range(2)], light
+    return [
+        passes(scene, sensor(frame.camera, True), 36, SEED + 10000 * key + 5000 + 200 * half) for half in range(2)
+    ], light
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -258,27 +332,42 @@ def read_room(frame: scenes.Frame, folder: Path) -> tuple[np.ndarray, dict]:
     world_normals = body.normals() @ frame.world_body()[:3, :3].T
     lit = world_normals @ bright["direction"]
     return image, {
-        "file": path.name, "sha256": sha256(path), "turned_right_by_columns": columns, "width": width,
+        "file": path.name,
+        "sha256": sha256(path),
+        "turned_right_by_columns": columns,
+        "width": width,
         "turn_about_y_deg": round(-360 * columns / width, 6),
-        "strongest": {"direction": scenes.floats(scenes.turn_to_probe(frame, bright["direction"])),
-                      "vector_irradiance_rgb": scenes.floats(bright["vector_irradiance_rgb"]),
-                      "angular_radius_deg": round(bright["angular_radius_deg"], 4), "pixels": bright["pixels"],
-                      "share_of_irradiance_facing_it": round(float(bright["vector_irradiance_rgb"] @ pan.LUMINANCE / facing), 4),
-                      "seen_faces_lit": [int(i) for i in np.flatnonzero((scenes.facing(frame) > 0) & (lit > 0))]},
+        "strongest": {
+            "direction": scenes.floats(scenes.turn_to_probe(frame, bright["direction"])),
+            "vector_irradiance_rgb": scenes.floats(bright["vector_irradiance_rgb"]),
+            "angular_radius_deg": round(bright["angular_radius_deg"], 4),
+            "pixels": bright["pixels"],
+            "share_of_irradiance_facing_it": round(float(bright["vector_irradiance_rgb"] @ pan.LUMINANCE / facing), 4),
+            "seen_faces_lit": [int(i) for i in np.flatnonzero((scenes.facing(frame) > 0) & (lit > 0))],
+        },
         "mean_direction": scenes.floats(scenes.turn_to_probe(frame, first / np.linalg.norm(first))),
         "face_irradiance_rgb": [scenes.floats(e) for e in pan.irradiance(image, world_normals)],
         "normals": [scenes.floats(n) for n in normals],
-        "irradiance_rgb": [scenes.floats(e) for e in pan.irradiance(image, normals @ to_world.T)]}
+        "irradiance_rgb": [scenes.floats(e) for e in pan.irradiance(image, normals @ to_world.T)],
+    }
 
 
 def load_truth(out: Path) -> dict:
     path = out / "scenes.json"
     known = json.loads(path.read_text()) if path.exists() else {}
-    return {"what": "Frames of a marker with twelve faces and the truth of each. See README.md.",
-            "axes": "all vectors in the probe's axes: the camera at the origin, x right, y up, z back; metres",
-            "pixels": "u = cx + fx x / -z, v = cy - fy y / -z; the centre of the top left pixel is (0, 0)",
-            "made_with": {"mitsuba": mi.__version__, "variant": mi.variant(), "filter": "box", "sampler": "multijitter", "seed": SEED},
-            "frames": known.get("frames", {})}
+    return {
+        "what": "Frames of a marker with twelve faces and the truth of each. See README.md.",
+        "axes": "all vectors in the probe's axes: the camera at the origin, x right, y up, z back; metres",
+        "pixels": "u = cx + fx x / -z, v = cy - fy y / -z; the centre of the top left pixel is (0, 0)",
+        "made_with": {
+            "mitsuba": mi.__version__,
+            "variant": mi.variant(),
+            "filter": "box",
+            "sampler": "multijitter",
+            "seed": SEED,
+        },
+        "frames": known.get("frames", {}),
+    }
 
 
 def save_truth(out: Path, everything: dict) -> None:
@@ -286,8 +375,10 @@ def save_truth(out: Path, everything: dict) -> None:
     everything["frames"] = {k: everything["frames"][k] for k in order if k in everything["frames"]}
     head = {k: v for k, v in everything.items() if k != "frames"}
     # A line a frame's field: it diffs well and stays short.
-    blocks = [f"  {json.dumps(k)}: {{\n" + ",\n".join(f"   {json.dumps(a)}: {json.dumps(b)}" for a, b in v.items()) + "\n  }"
-              for k, v in everything["frames"].items()]
+    blocks = [
+        f"  {json.dumps(k)}: {{\n" + ",\n".join(f"   {json.dumps(a)}: {json.dumps(b)}" for a, b in v.items()) + "\n  }"
+        for k, v in everything["frames"].items()
+    ]
     start = "".join(f" {json.dumps(k)}: {json.dumps(v)},\n" for k, v in head.items())
     text = "{\n" + start + ' "frames": {\n' + ",\n".join(blocks) + "\n }\n}\n"
     partial = out / "scenes.json.part"
@@ -344,7 +435,11 @@ def main() -> int:
             except body.Disagreement as e:
                 print(f"BODY FILE DISAGREES: {e}")
                 return 1
-    chosen = [f for f in scenes.FRAMES if (not args.group or f.group in args.group) and (not args.frame or f.name in args.frame)]
+    chosen = [
+        f
+        for f in scenes.FRAMES
+        if (not args.group or f.group in args.group) and (not args.frame or f.name in args.frame)
+    ]
     if not args.check:
         args.out.mkdir(parents=True, exist_ok=True)
         for key, frame in enumerate(scenes.FRAMES):
@@ -357,7 +452,10 @@ def main() -> int:
             done = make(frame, key, args)
             everything["frames"][frame.name] = done
             save_truth(args.out, everything)
-            print(f"{frame.name}: {done['seconds']} s, {path.stat().st_size / 1000:.0f} kB, noise {done['noise']}", flush=True)
+            print(
+                f"{frame.name}: {done['seconds']} s, {path.stat().st_size / 1000:.0f} kB, noise {done['noise']}",
+                flush=True,
+            )
     off = sky_off_by_deg()
     print(f"a bright block of a panorama lies {off:.3f} degrees from where the house has it")
     if off > 0.05:  # near a pole a block is no small patch any more; half a pixel would be 0.35

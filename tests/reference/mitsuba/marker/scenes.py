@@ -7,6 +7,7 @@ The scenes' world: right-handed, metres, origin in the body's centre, +Y up, the
 +X, which is the camera's right: 0 in front of the body, 90 on its right, 180 behind it. The probe is the camera: x right, y up, z back.
 Radiance is relative: a matte, white (albedo 1) surface that faces a lamp of `brightness` 1 from the body's centre has radiance 1.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,27 +119,58 @@ def grid() -> list[Frame]:
 
 def low() -> list[Frame]:
     camera = Camera(elevation_deg=10.0, drop=0.02)
-    return [Frame(f"{group}_turned_{variant}_{place}", group, variant, 36.0, (Lamp(PLACES[place], 35, 0.61),), board, camera)
-            for group, board in (("low", True), ("air", False)) for variant in ("white", "grey") for place in ("back_right", "behind")]
+    return [
+        Frame(
+            f"{group}_turned_{variant}_{place}", group, variant, 36.0, (Lamp(PLACES[place], 35, 0.61),), board, camera
+        )
+        for group, board in (("low", True), ("air", False))
+        for variant in ("white", "grey")
+        for place in ("back_right", "behind")
+    ]
 
 
 def near_and_far() -> list[Frame]:
-    near = [("turned", "white", "front_right"), ("straight", "grey", "front_right"), ("turned", "grey", "front"), ("straight", "white", "right")]
+    near = [
+        ("turned", "white", "front_right"),
+        ("straight", "grey", "front_right"),
+        ("turned", "grey", "front"),
+        ("straight", "white", "right"),
+    ]
     far = [("straight", "grey", "front_right"), ("turned", "white", "right")]
-    return [Frame(f"{group}_{seen}_{variant}_{place}", group, variant, TURNS[seen], (Lamp(PLACES[place], 35, distance),))
-            for group, distance, which in (("near", 0.30, near), ("far", 5.0, far)) for seen, variant, place in which]
+    return [
+        Frame(f"{group}_{seen}_{variant}_{place}", group, variant, TURNS[seen], (Lamp(PLACES[place], 35, distance),))
+        for group, distance, which in (("near", 0.30, near), ("far", 5.0, far))
+        for seen, variant, place in which
+    ]
 
 
 def two() -> list[Frame]:
     pairs = {60: pair(60, 10, 40, 30), 90: pair(90, -5, 25, 40), 120: pair(120, 5, 22, 15)}
-    which = [(60, "straight", "white"), (60, "turned", "grey"), (90, "straight", "white"), (90, "straight", "grey"), (90, "turned", "white"),
-             (90, "turned", "grey"), (120, "straight", "grey"), (120, "turned", "white")]
-    return [Frame(f"two_{seen}_{variant}_{angle:03d}", "two", variant, TURNS[seen], pairs[angle]) for angle, seen, variant in which]
+    which = [
+        (60, "straight", "white"),
+        (60, "turned", "grey"),
+        (90, "straight", "white"),
+        (90, "straight", "grey"),
+        (90, "turned", "white"),
+        (90, "turned", "grey"),
+        (120, "straight", "grey"),
+        (120, "turned", "white"),
+    ]
+    return [
+        Frame(f"two_{seen}_{variant}_{angle:03d}", "two", variant, TURNS[seen], pairs[angle])
+        for angle, seen, variant in which
+    ]
 
 
 def rooms() -> list[Frame]:
-    which = [("interior", "white", 0.0, 30.0), ("studio", "grey", 36.0, -35.0), ("pmndrs_studio", "white", 20.0, 50.0),
-             ("pmndrs_apartment", "grey", -15.0, -25.0), ("pmndrs_warehouse", "white", 36.0, 150.0), ("pmndrs_lab", "grey", 0.0, 20.0)]
+    which = [
+        ("interior", "white", 0.0, 30.0),
+        ("studio", "grey", 36.0, -35.0),
+        ("pmndrs_studio", "white", 20.0, 50.0),
+        ("pmndrs_apartment", "grey", -15.0, -25.0),
+        ("pmndrs_warehouse", "white", 36.0, 150.0),
+        ("pmndrs_lab", "grey", 0.0, 20.0),
+    ]
     return [Frame(f"room_{name}_{variant}", "room", variant, turn, (), False, Camera(drop=0.0), name, azimuth)
             for name, variant, turn, azimuth in which]
 
@@ -149,9 +181,11 @@ def extras() -> list[Frame]:
     between = 0.52 * light.position()
     shade = ("sphere", tuple(float(round(q, 4)) for q in between), 0.010)
     big = Camera(focal_px=1600.0, width=1280, height=960)
-    return [Frame("extra_hand_straight_grey", "extra", "grey", 0.0, (Lamp(45, 35, 0.61),), things=(hand,), covered=(5, 8)),
-            Frame("extra_shade_turned_white", "extra", "white", 36.0, (light,), things=(shade,), lamp_visible=True),
-            Frame("extra_large_straight_grey", "extra", "grey", 0.0, (Lamp(45, 35, 0.61),), camera=big)]
+    return [
+        Frame("extra_hand_straight_grey", "extra", "grey", 0.0, (Lamp(45, 35, 0.61),), things=(hand,), covered=(5, 8)),
+        Frame("extra_shade_turned_white", "extra", "white", 36.0, (light,), things=(shade,), lamp_visible=True),
+        Frame("extra_large_straight_grey", "extra", "grey", 0.0, (Lamp(45, 35, 0.61),), camera=big),
+    ]
 
 
 FRAMES: list[Frame] = [*grid(), *low(), *near_and_far(), *two(), *rooms(), *extras()]
@@ -209,28 +243,60 @@ def truth(frame: Frame) -> dict:
     m, camera = probe_body(frame), frame.camera
     seen = facing(frame)
     out = {
-        "file": f"{frame.name}.exr", "group": frame.group, "channels": "RGB" if frame.color else "Y", "body": frame.variant,
+        "file": f"{frame.name}.exr",
+        "group": frame.group,
+        "channels": "RGB" if frame.color else "Y",
+        "body": frame.variant,
         "turn_about_y_deg": frame.turn_deg,
-        "camera": {"width": camera.width, "height": camera.height, "fx_px": camera.focal_px, "fy_px": camera.focal_px,
-                   "cx_px": (camera.width - 1) / 2, "cy_px": (camera.height - 1) / 2, "elevation_deg": round(float(camera.elevation_deg), 6),
-                   "distance_m": camera.distance},
+        "camera": {
+            "width": camera.width,
+            "height": camera.height,
+            "fx_px": camera.focal_px,
+            "fy_px": camera.focal_px,
+            "cx_px": (camera.width - 1) / 2,
+            "cy_px": (camera.height - 1) / 2,
+            "elevation_deg": round(float(camera.elevation_deg), 6),
+            "distance_m": camera.distance,
+        },
         "T_probe_body": {"q_xyzw": floats(quaternion(m[:3, :3])), "t_m": floats(m[:3, 3])},
         "up": floats(turn_to_probe(frame, (0, 1, 0))),
         "faces_seen": [{"face": int(i), "cosine": round(float(seen[i]), 4)} for i in np.flatnonzero(seen > 0)],
-        "faces_covered": list(frame.covered), "lamps": [],
-        "ambient_radiance_rgb": floats([AMBIENT] * 3) if frame.lamps else [0.0] * 3, "board": None, "things": [],
+        "faces_covered": list(frame.covered),
+        "lamps": [],
+        "ambient_radiance_rgb": floats([AMBIENT] * 3) if frame.lamps else [0.0] * 3,
+        "board": None,
+        "things": [],
     }
     for lamp in frame.lamps:
         lit = (body.normals() @ frame.world_body()[:3, :3].T) @ unit(lamp.position()) - body.INRADIUS / lamp.distance
-        out["lamps"].append({
-            "direction": floats(turn_to_probe(frame, unit(lamp.position()))), "position_m": floats(to_probe(frame, lamp.position())),
-            "distance_m": lamp.distance, "azimuth_deg": round(lamp.azimuth_deg, 6), "elevation_deg": lamp.elevation_deg, "radius_m": lamp.radius,
-            "irradiance_rgb": floats(lamp.irradiance()), "radiance_rgb": floats(lamp.radiance()),
-            "seen_faces_lit": [int(i) for i in np.flatnonzero((seen > 0) & (lit > 0))]})
+        out["lamps"].append(
+            {
+                "direction": floats(turn_to_probe(frame, unit(lamp.position()))),
+                "position_m": floats(to_probe(frame, lamp.position())),
+                "distance_m": lamp.distance,
+                "azimuth_deg": round(lamp.azimuth_deg, 6),
+                "elevation_deg": lamp.elevation_deg,
+                "radius_m": lamp.radius,
+                "irradiance_rgb": floats(lamp.irradiance()),
+                "radiance_rgb": floats(lamp.radiance()),
+                "seen_faces_lit": [int(i) for i in np.flatnonzero((seen > 0) & (lit > 0))],
+            }
+        )
     if frame.board:
-        out["board"] = {"center_m": floats(to_probe(frame, (0, BOARD_HEIGHT, 0))), "normal": floats(turn_to_probe(frame, (0, 1, 0))),
-                        "x": floats(turn_to_probe(frame, (1, 0, 0))), "size_m": list(BOARD_SIZE), "albedo": BOARD_ALBEDO}
+        out["board"] = {
+            "center_m": floats(to_probe(frame, (0, BOARD_HEIGHT, 0))),
+            "normal": floats(turn_to_probe(frame, (0, 1, 0))),
+            "x": floats(turn_to_probe(frame, (1, 0, 0))),
+            "size_m": list(BOARD_SIZE),
+            "albedo": BOARD_ALBEDO,
+        }
     for kind, *numbers in frame.things:
-        out["things"].append({"kind": kind, "points_m": [floats(to_probe(frame, p)) for p in numbers[:-1]], "radius_m": numbers[-1],
-                              "albedo": THING_ALBEDO})
+        out["things"].append(
+            {
+                "kind": kind,
+                "points_m": [floats(to_probe(frame, p)) for p in numbers[:-1]],
+                "radius_m": numbers[-1],
+                "albedo": THING_ALBEDO,
+            }
+        )
     return out

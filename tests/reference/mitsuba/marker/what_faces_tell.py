@@ -8,6 +8,7 @@
 
 Needs numpy, scipy and mitsuba (which reads the panoramas). Exit: 0.
 """
+
 import argparse
 import json
 import os
@@ -52,7 +53,9 @@ def directions_that_do(normals: np.ndarray, irradiance: np.ndarray, strongest: d
     return farthest
 
 
-def most_even(normals: np.ndarray, irradiance: np.ndarray, asked: np.ndarray, grid: np.ndarray = spiral(600)) -> np.ndarray:
+def most_even(
+    normals: np.ndarray, irradiance: np.ndarray, asked: np.ndarray, grid: np.ndarray = spiral(600)
+) -> np.ndarray:
     """Irradiance at `asked` of the light of largest entropy."""
     step = 4 * np.pi / len(grid)
     cosines, at_asked = np.maximum(0, normals @ grid.T), np.maximum(0, asked @ grid.T) * step
@@ -61,9 +64,14 @@ def most_even(normals: np.ndarray, irradiance: np.ndarray, asked: np.ndarray, gr
         mean = irradiance[:, c].mean()
         e, variance = irradiance[:, c] / mean, SIGMA ** 2
         light = lambda mu: np.exp(np.minimum(cosines.T @ mu, 60)) / np.pi
-        solved = minimize(lambda mu: step * light(mu).sum() - mu @ e + 0.5 * variance * mu @ mu, np.zeros(len(e)), method="trust-exact",
-                          jac=lambda mu: step * cosines @ light(mu) - e + variance * mu,
-                          hess=lambda mu: step * (cosines * light(mu)) @ cosines.T + variance * np.eye(len(e)), options={"maxiter": 400})
+        solved = minimize(
+            lambda mu: step * light(mu).sum() - mu @ e + 0.5 * variance * mu @ mu,
+            np.zeros(len(e)),
+            method="trust-exact",
+            jac=lambda mu: step * cosines @ light(mu) - e + variance * mu,
+            hess=lambda mu: step * (cosines * light(mu)) @ cosines.T + variance * np.eye(len(e)),
+            options={"maxiter": 400},
+        )
         out.append(at_asked @ light(solved.x) * mean)
     return np.array(out).T
 
@@ -88,9 +96,12 @@ def rooms() -> None:
         irradiance = np.array([of_faces[str(i)] if isinstance(of_faces, dict) else of_faces[i] for i in seen])
         normals = (body.normals() @ body.rotation(*frame["T_probe_body"]["q_xyzw"]).T)[seen]
         asked, truth = np.array(light["normals"]), np.array(light["irradiance_rgb"])
-        print(f"{name}: {100 * light['strongest']['share_of_irradiance_facing_it']:.0f} % of what faces it, {len(seen)} faces; it may stand "
-              f"{directions_that_do(normals, irradiance, light['strongest']):.0f} deg away; irradiance of the most even light off by "
-              f"{rms(most_even(normals, irradiance, asked), truth):.1f} %, of a slope {rms(slope(normals, irradiance, asked), truth):.1f} %", flush=True)
+        print(
+            f"{name}: {100 * light['strongest']['share_of_irradiance_facing_it']:.0f} % of what faces it, {len(seen)} faces; it may stand "
+            f"{directions_that_do(normals, irradiance, light['strongest']):.0f} deg away; irradiance of the most even light off by "
+            f"{rms(most_even(normals, irradiance, asked), truth):.1f} %, of a slope {rms(slope(normals, irradiance, asked), truth):.1f} %",
+            flush=True,
+        )
 
 
 def small(path: Path) -> np.ndarray:
@@ -106,7 +117,9 @@ def small(path: Path) -> np.ndarray:
 
 def panoramas(folder: Path) -> None:
     random = np.random.default_rng(4)
-    directions, weight = panorama.directions(64).reshape(-1, 3), (panorama.solid_angles(64) * np.ones((64, 128))).reshape(-1)
+    directions, weight = panorama.directions(64).reshape(-1, 3), (
+        panorama.solid_angles(64) * np.ones((64, 128))
+    ).reshape(-1)
     around = spiral(270)
     errors = []
     for path in sorted(folder.glob("*.exr")):
@@ -114,7 +127,9 @@ def panoramas(folder: Path) -> None:
         irradiance = lambda normals: np.maximum(0, normals @ directions.T) @ light
         of_path = []
         for _ in range(10):
-            turn, azimuth, high = random.uniform(0, 2 * np.pi, 2).tolist() + [np.radians(random.choice([10, 26.565, 40]))]
+            turn, azimuth, high = random.uniform(0, 2 * np.pi, 2).tolist() + [
+                np.radians(random.choice([10, 26.565, 40]))
+            ]
             c, s = np.cos(turn), np.sin(turn)
             camera = np.array([np.cos(high) * np.sin(azimuth), np.sin(high), np.cos(high) * np.cos(azimuth)])
             normals = body.normals() @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T
@@ -123,18 +138,26 @@ def panoramas(folder: Path) -> None:
             measured = measured * (1 + NOISE * random.normal(size=measured.shape))
             of_path.append([rms(method(seen, measured, asked), irradiance(asked)) for method in (most_even, slope)])
         errors += of_path
-        print(f"{path.stem}: most even {np.median(of_path, 0)[0]:.1f} %, slope {np.median(of_path, 0)[1]:.1f} % (medians)", flush=True)
+        print(
+            f"{path.stem}: most even {np.median(of_path, 0)[0]:.1f} %, slope {np.median(of_path, 0)[1]:.1f} % (medians)",
+            flush=True,
+        )
     for name, of in zip(("most even", "slope"), np.array(errors).T):
-        print(f"{name}: median {np.median(of):.1f} %, ninth decile {np.percentile(of, 90):.1f} %, worst {of.max():.0f} %, within 10 %: "
-              f"{100 * (of <= 10).mean():.0f} % of {len(of)}")
+        print(
+            f"{name}: median {np.median(of):.1f} %, ninth decile {np.percentile(of, 90):.1f} %, worst {of.max():.0f} %, within 10 %: "
+            f"{100 * (of <= 10).mean():.0f} % of {len(of)}"
+        )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--direction", action="store_true")
     parser.add_argument("--irradiance", action="store_true")
-    parser.add_argument("--panoramas", type=Path,
-                        default=Path(os.environ.get("LIGHTWELL_PANORAMA_DIR") or Path.home() / ".cache/lightwell/panoramas"))
+    parser.add_argument(
+        "--panoramas",
+        type=Path,
+        default=Path(os.environ.get("LIGHTWELL_PANORAMA_DIR") or Path.home() / ".cache/lightwell/panoramas"),
+    )
     options = parser.parse_args()
     if not options.direction and not options.irradiance:
         parser.error("what shall be looked at? There are --direction and --irradiance")
