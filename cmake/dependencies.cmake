@@ -94,10 +94,20 @@ if(LIGHTWELL_BUILD_TESTS)
     lightwell_missing(GMock libgmock-dev)
   endif()
   lightwell_find(Python3 python3 COMPONENTS Interpreter)
+  # Debian's interpreter has Debian's packages; one that stands before it in the path may have none.
+  foreach(python IN ITEMS "${Python3_EXECUTABLE}" /usr/bin/python3)
+    execute_process(COMMAND "${python}" -c "import google.protobuf" RESULT_VARIABLE lacks OUTPUT_QUIET ERROR_QUIET)
+    if(lacks STREQUAL 0)
+      set(LIGHTWELL_PYTHON_PROTOBUF "${python}")
+      break()
+    endif()
+  endforeach()
+  if(NOT LIGHTWELL_PYTHON_PROTOBUF)
+    lightwell_missing(google.protobuf python3-protobuf)
+  endif()
   # Languages on top of the C ABI. Each one's tests are left out, and the summary says so, where its tools are absent;
   # for another processor than this machine's there are none.
   if(LIGHTWELL_BUILD_HOST_SDK AND NOT CMAKE_CROSSCOMPILING)
-    # Debian's interpreter has Debian's packages; one that stands before it in the path may have none.
     foreach(python IN ITEMS "${Python3_EXECUTABLE}" /usr/bin/python3)
       execute_process(COMMAND "${python}" -c "import cffi, numpy" RESULT_VARIABLE lacks OUTPUT_QUIET ERROR_QUIET)
       if(lacks STREQUAL 0)

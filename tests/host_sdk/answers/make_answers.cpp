@@ -16,9 +16,9 @@
 //   level edge roughness
 //   texel level index  r g b
 //   rotated qx qy qz qw  x y z  r g b    irradiance at x y z after the turn q
-//   engine NAME choice choice  validity residual  numbers    a conversion of conventions.h: its enums' numbers (0 where
-//   it
-//                                        takes fewer), and its struct's fields in order, times of the host left out
+//   engine NAME choice choice  validity residual  numbers
+//                                        a conversion of conventions.h: its enums' numbers (0 where it takes fewer),
+//                                        and its struct's fields in order, times of the host left out
 // And in mutants.txt:
 //   mutant STATUS HEX                    STATUS is StatusCode's name; behind "ok" follows
 //   irradiance x y z  r g b

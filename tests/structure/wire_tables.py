@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""Tables of messages and enums in proto/README.md, made from the comments of the .proto files.
+
+usage: wire_tables.py [--root DIR]            fail where a table in proto/README.md is not what the .proto file says
+       wire_tables.py [--root DIR] --write    write the tables anew
+       wire_tables.py --self-test             check the checker
+A table stands between `<!-- fields of FILE -->` and `<!-- end of fields -->`; FILE is relative to proto/. A field without a
+comment is an error: proto/README.md is the wire's specification.
+"""
+
+import argparse
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from google.protobuf import descriptor_pb2
+
+HERE = Path(__file__).resolve().parent
+BLOCK = re.compile(r"<!-- fields of (\S+) -->\n.*?<!-- end of fields -->\n", re.S)
+FIELD = descriptor_pb2.FieldDescriptorProto
+
+
+def parsed(root, name):
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "set"
+        subprocess.run(["protoc", f"-I{root}", "--include_source_info", f"--descriptor_set_out={out}", name], check=True)
+        files = descriptor_pb2.FileDescriptorSet.FromString(out.read_bytes()).file
+    return files[0]
+
+
+def comments_of(file):
+    return {tuple(where.path): " ".join(where.leading_comments.split()) for where in file.source_code_info.location}
+
+
+def type_name(field, messages):
+    if field.type in (FIELD.TYPE_MESSAGE, FIELD.TYPE_ENUM):
+        name = field.type_name.removeprefix(".lightwell.v1.")
+        name = f"[{name}](#{anchor(name)})" if name in messages else name
+    else:
+        name = FIELD.Type.Name(field.type).removeprefix("TYPE_").lower()
+    repeated = field.label == FIELD.LABEL_REPEATED
+    return ("repeated " if repeated else "optional " if field.proto3_optional else "") + name
+
+
+def anchor(name):
+    return name.lower().replace(".", "")
+
+
+def cell(text):
+    return text.replace("|", "\\|")
+
+
+def message_table(message, path, name, comments, messages):
+    yield from heading(name, comments.get(path))
+    if message.field:
+        yield "| field | number | type | meaning |\n| --- | --- | --- | --- |\n"
+    for index, field in enumerate(message.field):
+        comment = comments.get(path + (2, index))
+        if not comment:
+            raise ValueError(f"{name}.{field.name} has no comment")
+        if field.HasField("oneof_index") and not field.proto3_optional:
+            comment = f"One of `{message.oneof_decl[field.oneof_index].name}`. {comment}"
+        yield f"| `{field.name}` | {field.number} | {type_name(field, messages)} | {cell(comment)} |\n"
+    yield "\n"
+    for index, inner in enumerate(message.enum_type):
+        yield from enum_table(inner, path + (4, index), f"{name}.{inner.name}", comments)
+    for index, inner in enumerate(message.nested_type):
+        yield from message_table(inner, path + (3, index), f"{name}.{inner.name}", comments, messages)
+
+
+def enum_table(enum, path, name, comments):
+    yield from heading(name, comments.get(path))
+    yield "| value | number | meaning |\n| --- | --- | --- |\n"
+    for index, value in enumerate(enum.value):
+        comment = comments.get(path + (2, index), "")
+        if not comment and not value.name.endswith("UNSPECIFIED"):
+            raise ValueError(f"{name}.{value.name} has no comment")
+        yield f"| `{value.name}` | {value.number} | {cell(comment)} |\n"
+    yield "\n"
+
+
+def heading(name, comment):
+    yield f"#### {name}\n"
+    yield f"{comment}\n\n" if comment else "\n"
+
+
+def names_in(messages, prefix=""):
+    for message in messages:
+        yield prefix + message.name
+        for enum in message.enum_type:
+            yield f"{prefix}{message.name}.{enum.name}"
+        yield from names_in(message.nested_type, f"{prefix}{message.name}.")
+
+
+def tables(root, name):
+    file = parsed(root, name)
+    comments = comments_of(file)
+    known = set(names_in(file.message_type)) | {enum.name for enum in file.enum_type}
+    text = ""
+    for index, message in enumerate(file.message_type):
+        text += "".join(message_table(message, (4, index), message.name, comments, known))
+    for index, enum in enumerate(file.enum_type):
+        text += "".join(enum_table(enum, (5, index), enum.name, comments))
+    return text
+
+
+def written_anew(root, text):
+    return BLOCK.sub(
+        lambda m: f"<!-- fields of {m[1]} -->\n\n{tables(root, m[1])}<!-- end of fields -->\n", text)
+
+
+def self_test():
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        proto = root / "a.proto"
+        head = 'syntax = "proto3"; package lightwell.v1;\n'
+        proto.write_text(head + "// A thing.\nmessage Thing {\n  // Metres | feet.\n  uint32 size = 7;\n}\n")
+        readme = "before\n<!-- fields of a.proto -->\n<!-- end of fields -->\nbehind\n"
+        once = written_anew(root, readme)
+        row = "| `size` | 7 | uint32 | Metres \\| feet. |"
+        if row not in once or written_anew(root, once) != once or not once.endswith("behind\n"):
+            sys.exit(f"self-test: the table is wrong:\n{once}")
+        proto.write_text(proto.read_text().replace("Metres", "Inches"))
+        if written_anew(root, once) == once:
+            sys.exit("self-test: a changed comment was not noticed")
+        proto.write_text(head + "message Thing { uint32 size = 7; }\n")
+        try:
+            written_anew(root, once)
+        except ValueError as error:
+            if "Thing.size has no comment" not in str(error):
+                sys.exit(f"self-test: {error}")
+        else:
+            sys.exit("self-test: a field without a comment was not noticed")
+    print("self-test: good")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--root", type=Path, default=HERE.parents[1])
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--self-test", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.self_test:
+        return self_test()
+    readme = arguments.root / "proto/README.md"
+    text = readme.read_text()
+    if not BLOCK.search(text):
+        sys.exit(f"{readme}: no `<!-- fields of FILE -->` ... `<!-- end of fields -->` in it")
+    try:
+        anew = written_anew(arguments.root / "proto", text)
+    except ValueError as error:
+        sys.exit(f"{arguments.root / 'proto'}: {error}; write what it means above it in the .proto file")
+    if arguments.write:
+        readme.write_text(anew)
+    elif anew != text:
+        old = text.splitlines()
+        differs = next(n for n, line in enumerate(anew.splitlines() + [""], 1) if n > len(old) or old[n - 1] != line)
+        sys.exit(f"{readme}:{differs}: not what the .proto files say; run {Path(__file__).name} --write")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
