@@ -34,7 +34,7 @@ struct ArcoreOutput {
 
 [[nodiscard]] ArkitOutput arkit_output(const EquirectImage& image);
 
-/// The main light is the house's bright region (HOUSE.md: the 8-connected pixels at or above half the peak's
+/// The main light is the bright region (proto/README.md: the 8-connected pixels at or above half the peak's
 /// luminance, over seam and poles, its luminance-weighted centroid). All of the radiance of those pixels
 /// above the median luminance of the picture (by solid angle) goes into it, in its colour; what is left,
 /// there as elsewhere, is ambient. ARCore does not publish its rule; this one is exact for a lamp

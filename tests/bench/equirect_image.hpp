@@ -12,7 +12,7 @@ namespace lightwell::bench {
 using Triple = std::array<double, 3>;
 
 /// Linear radiance over the whole sphere, Rec. 709, rows packed from the top, r g b a pixel; finite
-/// and not negative. Centre -Z, to the right +X, top +Y (HOUSE.md).
+/// and not negative. Centre -Z, to the right +X, top +Y (proto/README.md).
 struct EquirectImage {
   int width = 0;
   int height = 0;

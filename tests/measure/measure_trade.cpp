@@ -3,7 +3,7 @@
 // for tests/figures, and a picture.
 //   measure_trade [PICTURE.png|.svg]
 //     figure trade.bandL.lightsN.mapE: bytes (a message), bytes_per_s (30 descriptors and 5 maps a second),
-//     irradiance_ns, radiance_ns (roughness 0.33, a new direction each), irradiance_percent (HOUSE.md's error),
+//     irradiance_ns, radiance_ns (roughness 0.33, a new direction each), irradiance_percent (proto/README.md's error),
 //     silver_percent (RMS of a matte silver ball, of the true one's)
 #include <algorithm>
 #include <chrono>

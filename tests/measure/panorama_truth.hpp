@@ -18,13 +18,13 @@ namespace lightwell::measure {
 /// An answer to "how is this normal lit": irradiance, not divided by pi, in the panorama's unit and frame.
 using IrradianceAnswer = std::function<reference::Rgb(const reference::V3& unit_normal)>;
 
-/// The 2,048 Fibonacci normals of HOUSE.md's error of irradiance.
+/// The 2,048 Fibonacci normals of proto/README.md's error of irradiance.
 [[nodiscard]] const std::vector<reference::V3>& truth_normals();
 
 struct PanoramaTruth {
-  std::string name;                        ///< The file's, without folder and ending.
-  PanoramaSums sums;                       ///< And the panorama, cleaned: NaN and negative numbers are 0 (HOUSE.md).
-  std::vector<reference::Rgb> irradiance;  ///< At truth_normals().
+  std::string name;   ///< The file's, without folder and ending.
+  PanoramaSums sums;  ///< And the panorama, cleaned: NaN and negative numbers are 0 (proto/README.md).
+  std::vector<reference::Rgb> irradiance;            ///< At truth_normals().
   std::optional<reference::BrightRegion> brightest;  ///< None where it is black.
 };
 
@@ -35,7 +35,7 @@ struct PanoramaTruth {
 /// width is not twice the height.
 [[nodiscard]] Result<PanoramaTruth> load_panorama_truth(const std::string& path);
 
-/// HOUSE.md's error of irradiance of an answer, and its relatives.
+/// proto/README.md's error of irradiance of an answer, and its relatives.
 [[nodiscard]] reference::IrradianceError irradiance_error(const PanoramaTruth& truth, const IrradianceAnswer& answer);
 
 /// The paths of the eight panoramas of `cmake/fetch_panoramas`, and of those with the eighteen of its `--all`, by

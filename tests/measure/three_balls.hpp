@@ -39,7 +39,7 @@ inline constexpr std::array<Ball, 5> kBalls = {Ball::diffuse, Ball::matte_silver
 /// the protocol's matte_silver.py (which mixes in a lobe of 0.369 at grazing angles, left out here).
 [[nodiscard]] double ball_roughness(Ball ball);
 
-/// An answer to HOUSE.md's radiance(d, r).
+/// An answer to proto/README.md's radiance(d, r).
 using RadianceAnswer = std::function<reference::Rgb(const reference::V3& unit_direction, double perceptual_roughness)>;
 
 /// Where an orthographic camera sees a ball that fills its square picture.
@@ -59,8 +59,8 @@ using BallPicture = std::vector<reference::Rgb>;
 /// Index: static_cast<std::size_t>(Ball).
 using BallPictures = std::array<BallPicture, kBalls.size()>;
 
-/// 0.8 E(n) / pi for the diffuse ball, 0.8 radiance(reflection, roughness) for the others (N = V = R = d, as HOUSE.md
-/// defines radiance(d, r), so without the stretch of highlights at grazing angles).
+/// 0.8 E(n) / pi for the diffuse ball, 0.8 radiance(reflection, roughness) for the others (N = V = R = d, as
+/// proto/README.md defines radiance(d, r), so without the stretch of highlights at grazing angles).
 [[nodiscard]] BallPictures ball_pictures(const BallView& view, const IrradianceAnswer& irradiance,
                                          const RadianceAnswer& radiance);
 

@@ -43,12 +43,12 @@ TEST(Harmonics, InFloatStayWithinTheHousePrecision) {
   for (const Vec3d& d : directions()) {
     sh_basis(kMaxBand, vec_cast<float>(d), y);
     const std::vector<double> truth = ref::harmonics({d.x, d.y, d.z}, kMaxBand);
-    // 1e-5 is what HOUSE.md promises before the wire; float rounding of the direction alone gives 1e-6.
+    // 1e-5 is what proto/README.md promises before the wire; float rounding of the direction alone gives 1e-6.
     for (std::size_t i = 0; i < y.size(); ++i) ASSERT_NEAR(y[i], truth[i], 5e-6) << "function " << i;
   }
 }
 
-// Written by hand from HOUSE.md, "Spherical harmonics".
+// Written by hand from proto/README.md, "Spherical harmonics".
 TEST(Harmonics, HavePositiveConstantsAndBandOneInTheOrderYzx) {
   std::array<double, 9> y;
   sh_basis(2, Vec3d{1, 0, 0}, y);
@@ -104,7 +104,7 @@ TEST(Harmonics, IrradianceScalesEachBandByItsLobe) {
       const RadianceSh sh = single(kMaxBand, sh_index(l, m));
       const IrradianceSh e = irradiance_of(sh);
       const Vec3f n = normalized(Vec3f{0.3F, -0.4F, 0.8F});
-      // Per band the lobe of HOUSE.md: pi, 2pi/3, pi/4, 0, -pi/24, 0, pi/64.
+      // Per band the lobe of proto/README.md: pi, 2pi/3, pi/4, 0, -pi/24, 0, pi/64.
       const double lobes[] = {1.0, 2.0 / 3, 0.25, 0, -1.0 / 24, 0, 1.0 / 64};
       const double truth = lobes[l] * std::numbers::pi * evaluate(sh, n).r;
       EXPECT_NEAR(evaluate(e, n).r, truth, 1e-5 * std::numbers::pi) << l << " " << m;

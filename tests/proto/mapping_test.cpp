@@ -16,7 +16,7 @@ namespace {
 
 namespace ref = reference;
 
-// Written by hand from HOUSE.md: the centre is -Z, to the right is +X, the top row is +Y.
+// Written by hand from proto/README.md: the centre is -Z, to the right is +X, the top row is +Y.
 TEST(Equirect, LooksAlongMinusZWithXToTheRight) {
   const Vec3d centre = equirect_direction(0.5, 0.5), right = equirect_direction(0.75, 0.5),
               top = equirect_direction(0.3, 0);

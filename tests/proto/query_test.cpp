@@ -15,7 +15,7 @@ Light lamp(Vec3f direction, float radius) {
   return l;
 }
 
-// Written by hand from HOUSE.md: a lamp at +X.
+// Written by hand from proto/README.md: a lamp at +X.
 TEST(IrradianceAt, OfALampAtPlusXFallsWithTheCosine) {
   Descriptor d;
   d.lights = {lamp({1, 0, 0}, 0)};

@@ -1,12 +1,12 @@
 """The checker's own test: a tree that keeps every rule, and one file for each way to break one.
 
-The expectations are written by hand from HOUSE.md, not derived from arrows.txt: a wrong line there
+The expectations are written by hand from CONTRIBUTING.md, not derived from arrows.txt: a wrong line there
 makes this test fail too.
 """
 
 from include_direction import Checker
 
-# file -> what it includes; every arrow that HOUSE.md allows, and look-alikes that are no includes.
+# file -> what it includes; every arrow that CONTRIBUTING.md allows, and look-alikes that are no includes.
 CLEAN = {
     "proto/include/lightwell/sh.hpp": ["<array>", "<cmath>", "<lightwell/geometry.hpp>"],
     "proto/include/lightwell/geometry.hpp": ["<stdint.h>"],

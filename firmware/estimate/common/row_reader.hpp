@@ -1,5 +1,5 @@
-// Linear radiance of a run of pixels, whatever the format and however many exposures: the only place of the estimator
-// that knows pixel formats.
+// Linear radiance of a run of pixels of any format, merged from any number of exposures, pixel by pixel. The vectorised
+// passes of panorama/ (code_pass, bracket_pass, code_weights, row_profiler) decode integer formats without it.
 #pragma once
 
 #include <array>

@@ -19,7 +19,7 @@
 namespace lightwell {
 namespace {
 
-/// Constants of harmonics: HOUSE.md.
+/// Constants of harmonics: proto/README.md.
 constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
 /// Darker than so many times what rounding and noise hide, nothing is told.
 constexpr double kDark = 3;

@@ -23,7 +23,8 @@ struct Outcome {
   double picture_bytes = 0;  ///< Of the bracket that was timed.
   double bytes = 0;          ///< Encoded, of the descriptor that the errors are of; a whole map is in it.
   double rms = 0,
-         largest = 0;  ///< HOUSE.md's error of irradiance, and the largest of any normal and channel, by the same RMS.
+         largest =
+             0;  ///< proto/README.md's error of irradiance, and the largest of any normal and channel, by the same RMS.
   std::optional<double> light_deg;  ///< None where the brightest region is below 100 times the mean.
   std::array<double, kBalls> balls{};
   double bound = 0;  ///< The descriptor's own; infinite where flagged.

@@ -26,7 +26,7 @@ class Truth {
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Not divided by pi. Within 1e-4 of the sum over single pixels.
   [[nodiscard]] Color irradiance(Vec3d unit_normal) const;
-  /// HOUSE.md's radiance(d, r) for r >= 0.25; at 0 the panorama itself.
+  /// proto/README.md's radiance(d, r) for r >= 0.25; at 0 the panorama itself.
   [[nodiscard]] Color radiance(Vec3d unit_direction, double perceptual_roughness) const;
 
   /// Of the 8-connected pixels at or above half the brightest one's luminance: the luminance-weighted centroid.
@@ -34,7 +34,7 @@ class Truth {
   /// The brightest pixel's luminance by the mean over the sphere.
   [[nodiscard]] double peak_to_mean() const { return peak_to_mean_; }
 
-  /// At the 2,048 normals of HOUSE.md's error.
+  /// At the 2,048 normals of proto/README.md's error.
   [[nodiscard]] std::span<const Color> irradiances() const { return irradiances_; }
 
  private:

@@ -46,7 +46,7 @@ TEST(CellGrid, GivesBackEverySingleHarmonicToTheHousePrecision) {
     grid.project(sums, {}, p);
     for (int j = 0; j < sh_count(kMaxBand); ++j) {
       const auto at = static_cast<std::size_t>(j);
-      // 1e-5 before the wire (HOUSE.md).
+      // 1e-5 before the wire (proto/README.md).
       EXPECT_NEAR(p.c[at][0], i == j ? 1 : 0, 1e-5) << i << " " << j;
       EXPECT_NEAR(p.c[at][1], i == j ? 2 : 0, 2e-5) << i << " " << j;
     }

@@ -23,7 +23,7 @@ using test::OracleCase;
 using test::Shot;
 using test::Truth;
 
-/// Of the largest coefficient, before the wire (HOUSE.md).
+/// Of the largest coefficient, before the wire (proto/README.md).
 constexpr double kHouse = 1e-5;
 /// Of codes: the table of linear values is rounded to half of 1/65535 of full scale, and these scenes' mean is a tenth
 /// of that, in pictures too small for all of it to average out. The figures measure the same at sizes that cameras

@@ -40,7 +40,7 @@ TEST(PanoramaEstimator, GivesBackEverySingleHarmonicUpToItsBand) {
     const double pedestal = 2 * std::sqrt(4 * std::numbers::pi);
     for (int j = 0; j < sh_count(6); ++j) {
       const double base = j == 0 ? pedestal : 0, own = i == j ? 1 : 0;
-      // 1e-5 of the largest coefficient, before the wire (HOUSE.md).
+      // 1e-5 of the largest coefficient, before the wire (proto/README.md).
       EXPECT_NEAR(d.radiance.c[static_cast<std::size_t>(j)].r, base + own, 1e-5 * pedestal) << i << " " << j;
       EXPECT_NEAR(d.radiance.c[static_cast<std::size_t>(j)].b, base - own, 1e-5 * pedestal) << i << " " << j;
     }

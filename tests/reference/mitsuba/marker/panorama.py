@@ -1,6 +1,6 @@
 """Panoramas by the house's conventions, in plain numpy: cleaning, directions, the bright region, irradiance.
 
-Written anew from the written rules (HOUSE: equirectangular images, direction of a bright region). Arrays are (H, W, 3), row 0 the
+Written anew from the written rules (proto/README.md: equirectangular images, direction of a bright region). Arrays are (H, W, 3), row 0 the
 top; d = (cos theta sin phi, sin theta, -cos theta cos phi), so the middle of the picture is -Z and +X lies to its right.
 """
 
