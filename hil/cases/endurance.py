@@ -17,8 +17,8 @@ _FRAMES = 10_000
 
 @contextmanager
 def small_pages(rig: Rig) -> Iterator[None]:
-    """Else the kernel makes huge pages of small ones while a process runs, whose untouched parts then count as its memory: a step of
-    3.5 MB within the first minutes."""
+    """Else the kernel makes huge pages of small ones while a process runs, whose untouched parts then count as its
+    memory: a step of 3.5 MB within the first minutes."""
     switch = "/sys/kernel/mm/transparent_hugepage/enabled"
     before = rig.board.run(f"cat {switch}", check=True).out.split("[")[1].split("]")[0]
     rig.board.run(f"echo never > {switch}", check=True)

@@ -91,7 +91,8 @@ def camera_stalled(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def _damage(camera: UsbCamera, fault: str, outcome: str, frames: int) -> None:
-    """So many, or one more. A frame that was to be damaged and found the one before still on its way counts as neither."""
+    """So many, or one more. A frame that was to be damaged and found the one before still on its way counts as
+    neither."""
     sent: Callable[[], int] = lambda: camera.counters()["counters"][outcome]
     end = sent() + frames
 
@@ -194,7 +195,8 @@ def disk_full(rig: Rig, test: Any, measured: Measured) -> None:
     ):
         before = rig.daemon()
         rig.board.run(
-            "fallocate -l $(( $(stat -f -c '%a * %S' /var/lib/lightwell) - 2000000 )) /var/lib/lightwell/ballast || true"
+            "fallocate -l $(( $(stat -f -c '%a * %S' /var/lib/lightwell) - 2000000 )) /var/lib/lightwell/ballast || "
+            "true"
         )
         info = wait_for("the recording to be given up",
                         lambda: i if (i := rig.info(uri))["recording_faults"] else None, 120, every_s=1)

@@ -87,8 +87,10 @@ def _avahi(rig: Rig, folder: Path) -> Iterator[dict[str, str]]:
     """A bus and an avahi-daemon of this machine on the board's wire, as another computer of that network has them."""
     bus = folder / "bus"
     (folder / "bus.conf").write_text(
-        f"<busconfig><type>system</type><listen>unix:path={bus}</listen><auth>EXTERNAL</auth><policy context=\"default\">"
-        "<allow send_destination=\"*\"/><allow receive_sender=\"*\"/><allow own=\"*\"/><allow user=\"*\"/></policy></busconfig>\n",
+        f"<busconfig><type>system</type><listen>unix:path={bus}</listen><auth>EXTERNAL</auth><policy "
+        f"context=\"default\">"
+        "<allow send_destination=\"*\"/><allow receive_sender=\"*\"/><allow own=\"*\"/><allow "
+        "user=\"*\"/></policy></busconfig>\n",
         encoding="utf-8",
     )
     (folder / "avahi.conf").write_text("[server]\nhost-name=headset\nuse-ipv6=no\n[publish]\npublish-workstation=no\n"
@@ -177,7 +179,8 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
-    """The gadget on one machine's usbip-vudc, the SDK on another machine's vhci-hcd, the cable's packets on the wire between them."""
+    """The gadget on one machine's usbip-vudc, the SDK on another machine's vhci-hcd, the cable's packets on the wire
+    between them."""
     if rig.peer is None:
         raise Broken("the roster's entry has no peer")
     device = rig.board

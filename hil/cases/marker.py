@@ -1,4 +1,5 @@
-"""Light from a marker on the board: pictures that an independent path tracer made, against the desktop and against the lamps."""
+"""Light from a marker on the board: pictures that an independent path tracer made, against the desktop and against the
+lamps."""
 
 from __future__ import annotations
 

@@ -17,7 +17,8 @@ UNTOLD = "<= 1"
 
 
 def camera_text(rig: Rig, camera: Any, device: str, *, exposure: str = "") -> str:
-    """The CameraConfig of lightwelld for a simulated camera that the board has as `device`; `exposure`: more of its URI."""
+    """The CameraConfig of lightwelld for a simulated camera that the board has as `device`; `exposure`: more of its
+    URI."""
     # The camera's white is D65, as its calibration says; the firmware would set 5000 K.
     uri = (f"v4l2:{device}?format={camera.format.lower()}&white_balance=6500" if camera.backend == "v4l2"
            else f"libcamera:1?format={camera.format.lower()}")
@@ -38,7 +39,8 @@ def calibrate(rig: Rig, camera: Any, scene: str = "") -> str:
 
 
 def unknown_to_client(grown: Mapping[str, float], measured: Measured) -> None:
-    """Between two looks at rest: a client sees as holes in the numbers of descriptors what was dropped and what was lost before."""
+    """Between two looks at rest: a client sees as holes in the numbers of descriptors what was dropped and what was
+    lost before."""
     told = grown["arrived"] + grown["missing"]
     measured.figure(
         "frames that the client neither got as light nor knows as missing",
@@ -89,7 +91,8 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def usb_camera_yuyv(rig: Rig, test: Any, measured: Measured) -> None:
-    """The kernel and the firmware's camera keep up; what the emulated processor estimates of it is reported, with its profile."""
+    """The kernel and the firmware's camera keep up; what the emulated processor estimates of it is reported, with its
+    profile."""
     measure_stream(rig, test, measured)
 
 

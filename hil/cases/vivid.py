@@ -1,4 +1,5 @@
-"""vivid's loop as a camera: formats that UVC lacks, at the driver's full rate, every frame counted and every byte looked at."""
+"""vivid's loop as a camera: formats that UVC lacks, at the driver's full rate, every frame counted and every byte
+looked at."""
 
 from __future__ import annotations
 
@@ -29,8 +30,8 @@ def room(rig: Rig) -> Iterator[None]:
 
 
 def measure_loop(rig: Rig, test: Any, measured: Measured, *, dropping: bool = True) -> None:
-    """Rate and account, then the same with frames that the driver keeps (`dropping`), then the bytes, which rig.folder / loop.lwr holds
-    afterwards. In a room()."""
+    """Rate and account, then the same with frames that the driver keeps (`dropping`), then the bytes, which rig.folder
+    / loop.lwr holds afterwards. In a room()."""
     camera = rig.described(test.camera).vivid
     calibration, pictures = render(rig.tools.host / "lightwelld", camera)
     # What it was told before may be a device that vivid will make: it would have it open.
@@ -65,7 +66,8 @@ def compare_light(rig: Rig, measured: Measured) -> None:
 
 
 def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds: float, dropped: int = 0) -> None:
-    """vivid makes a frame at each tick of its clock, whether somebody takes it or not: that is what must have come or be counted."""
+    """vivid makes a frame at each tick of its clock, whether somebody takes it or not: that is what must have come or
+    be counted."""
     def look() -> tuple[float, dict[str, Any], float]:
         before = time.monotonic()
         return before, rig.info(uri), time.monotonic()

@@ -170,8 +170,8 @@ class Board:
             yield
 
     def start(self, *, fresh: bool = False, timeout_s: float = BOOT_S) -> None:
-        """Switches it on and waits until it answers by ssh; nothing where it runs. The state's disk stays as it was left,
-        `fresh` makes a new one. Raises NoQemu, ImageError, NetworkError, or BoardError with its last words."""
+        """Switches it on and waits until it answers by ssh; nothing where it runs. The state's disk stays as it was
+        left, `fresh` makes a new one. Raises NoQemu, ImageError, NetworkError, or BoardError with its last words."""
         program = qemu.find()
         remove_stale()
         with self._alone():
@@ -377,8 +377,8 @@ class Board:
         self.ssh().copy_out(source, target, timeout_s)
 
     def wait_for_service(self, unit: str = "lightwelld.service", timeout_s: float = 180.0) -> float:
-        """Waits until systemd counts `unit` as active: lightwelld, when it serves. Seconds of the board's clock from its kernel's
-        start to that moment. Raises BoardError with the unit's last lines."""
+        """Waits until systemd counts `unit` as active: lightwelld, when it serves. Seconds of the board's clock from
+        its kernel's start to that moment. Raises BoardError with the unit's last lines."""
         shown: dict[str, str] = {}
         restarts: list[int] = []
 
@@ -405,7 +405,8 @@ class Board:
     def write_config(self, text: str, timeout_s: float = 180.0) -> None:
         """Another configuration for lightwelld, which is started anew with it."""
         self.run(
-            "cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new /etc/lightwell/probe.textproto",
+            "cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new "
+            "/etc/lightwell/probe.textproto",
             text=text,
             check=True,
         )

@@ -41,7 +41,8 @@ def _run(steps: Sequence[Sequence[str | Path]], log: Path) -> None:
 
 
 def build_for_board(folder: Path) -> None:
-    """Configured anew where the root of packages is another one: what was found in the old one would be mixed with it."""
+    """Configured anew where the root of packages is another one: what was found in the old one would be mixed with
+    it."""
     packages = image.sysroot()
     steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", *BOARD_TARGETS]]
     try:

@@ -43,8 +43,8 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def digest(parts: Iterable[str | Path]) -> str:
-    """Twelve hex digits. A str counts as itself; a Path as its content: a file's bytes and whether it may be executed, a
-    folder's tree of those with names. Times and owners do not count."""
+    """Twelve hex digits. A str counts as itself; a Path as its content: a file's bytes and whether it may be executed,
+    a folder's tree of those with names. Times and owners do not count."""
     sha = hashlib.sha256()
 
     def add(*words: bytes) -> None:

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""hil/demo --board: the demo with the firmware on the emulated board and a simulated USB camera plugged into it. Called by hil/demo."""
+"""hil/demo --board: the demo with the firmware on the emulated board and a simulated USB camera plugged into it. Called
+by hil/demo."""
 
 import argparse
 import subprocess

@@ -121,8 +121,8 @@ def add_accounts(root: Path, accounts: Path) -> None:
 
 
 def set_units(root: Path, units: Path) -> None:
-    """The links that systemctl makes, as hil/image/units says. A unit that is not there is an error: its name is misspelt
-    or its package is gone."""
+    """The links that systemctl makes, as hil/image/units says. A unit that is not there is an error: its name is
+    misspelt or its package is gone."""
     folders = (root / "etc/systemd/system", root / "usr/lib/systemd/system")
     own = folders[0]
     for verb, unit, *target in _lines(units):

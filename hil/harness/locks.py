@@ -21,8 +21,8 @@ def lock_folder() -> Path:
 
 @contextmanager
 def held(path: Path, what: str, limit_s: float) -> Iterator[None]:
-    """Holds the lock file `path`; `what` completes "waiting for ...". TimedOut, naming who has it, where it is not free in time.
-    A lock ends with its process, however that ends."""
+    """Holds the lock file `path`; `what` completes "waiting for ...". TimedOut, naming who has it, where it is not free
+    in time. A lock ends with its process, however that ends."""
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     try:
         def free() -> bool:

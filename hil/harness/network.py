@@ -44,7 +44,8 @@ def kernel_words(number: int, name: str) -> list[str]:
 
 @dataclass
 class UserNetwork:
-    """Ports are free ones, chosen by the kernel when QEMU binds them: no other program can be given the same in between."""
+    """Ports are free ones, chosen by the kernel when QEMU binds them: no other program can be given the same in
+    between."""
     number: int = 1
     # The board's ports that can be reached, and by which of ours once QEMU runs.
     wanted: tuple[int, ...] = PORTS
@@ -105,8 +106,9 @@ def _ip(*words: str) -> str:
 
 @dataclass
 class TapNetwork:
-    """A bridge with the host's address in the network namespace lightwell-WIRE, and one tap a board. Boards that name the same
-    wire and have different numbers see each other. Programs of the host are started in the namespace: host_command().
+    """A bridge with the host's address in the network namespace lightwell-WIRE, and one tap a board. Boards that name
+    the same wire and have different numbers see each other. Programs of the host are started in the namespace:
+    host_command().
     """
     wire: str
     number: int = 1

@@ -79,8 +79,8 @@ def probe_command(program: str, base: Base, name: str) -> list[str]:
 
 
 def accelerator(program: str, base: Base) -> tuple[str, str]:
-    """("kvm" or "tcg", why). /dev/kvm may open and its guests hang, so one is booted within 10 s; what came of it is kept
-    until this machine boots again."""
+    """("kvm" or "tcg", why). /dev/kvm may open and its guests hang, so one is booted within 10 s; what came of it is
+    kept until this machine boots again."""
     if platform.machine() != "aarch64":
         return "tcg", f"a processor of {platform.machine()} cannot run arm64 by KVM"
     if not os.access("/dev/kvm", os.R_OK | os.W_OK):

@@ -39,7 +39,8 @@ def _message(name: str) -> Any:
 
 
 def _records(path: Path) -> Iterator[tuple[bytes, bytes]]:
-    """Each record's head and payload, up to one that is cut off. Sums are not checked: whoever plays a recording does that."""
+    """Each record's head and payload, up to one that is cut off. Sums are not checked: whoever plays a recording does
+    that."""
     with open(path, "rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise RecordingError(f"{path} is no recording")

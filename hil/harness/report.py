@@ -1,8 +1,8 @@
 """What a run found: figures instead of bare pass and fail, as Markdown for people and JSON for programs.
 
 A Figure holds where what was measured is as asked; one that asks for nothing is reported. A Result is one test's: good
-where it ran to its end and each of its figures holds. Results stay in a file from run to run, so that an entry of the roster that
-was not run since the last commit is seen.
+where it ran to its end and each of its figures holds. Results stay in a file from run to run, so that an entry of the
+roster that was not run since the last commit is seen.
 """
 
 import json

@@ -64,9 +64,9 @@ def _said(command: Sequence[str | Path], root: Path, what: str) -> str:
 
 
 def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
-    """Builds the programs of both sides, which takes minutes where nothing is there yet; `built` are the folders of builds, the
-    host's and the board's, that are taken as they are. CannotRun where this machine has no QEMU, or `built` lacks a program;
-    NotBuilt."""
+    """Builds the programs of both sides, which takes minutes where nothing is there yet; `built` are the folders of
+    builds, the host's and the board's, that are taken as they are. CannotRun where this machine has no QEMU, or `built`
+    lacks a program; NotBuilt."""
     try:
         qemu.find()
     except qemu.NoQemu as why:
@@ -114,7 +114,8 @@ def _switched_on(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Boa
 
 
 def used_up(grown: Mapping[str, float]) -> float:
-    """Of frames that the firmware took, those whose end is told: made into light, dropped because a newer one was there, or failed."""
+    """Of frames that the firmware took, those whose end is told: made into light, dropped because a newer one was
+    there, or failed."""
     return grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
 
 
@@ -139,7 +140,8 @@ class Rig:
 
     @contextmanager
     def usb_camera(self, name: str, *, scene: str = "", arguments: Sequence[str] = ()) -> Iterator[UsbCamera]:
-        """A simulated camera of the roster, plugged in; ends unplugged. Waits until the board has made a device of it."""
+        """A simulated camera of the roster, plugged in; ends unplugged. Waits until the board has made a device of
+        it."""
         camera = self._cameras[name].usb_simulated
         program = self.tools.host / "lightwell-usb-camera"
         with UsbCamera(program, self._socket, scene or camera.scene, arguments) as running:
@@ -179,8 +181,8 @@ class Rig:
         return self.board.grpc()
 
     def daemon(self) -> dict[str, int]:
-        """lightwelld's process as the board has it: pid, resident kB and those of them that are its own, threads (without those of
-        gRPC's pools), handles; and how often systemd started it anew."""
+        """lightwelld's process as the board has it: pid, resident kB and those of them that are its own, threads
+        (without those of gRPC's pools), handles; and how often systemd started it anew."""
         shown = self.board.run(
             "p=$(systemctl show -p MainPID --value lightwelld); echo pid $p; "
             "systemctl show -p NRestarts lightwelld | sed 's/NRestarts=/restarts /'; "
@@ -198,8 +200,8 @@ class Rig:
         return {name: (shown.count(name), bound) for name in (*_EXECUTORS, _ENGINE)}
 
     def snapshot(self, camera: UsbCamera, uri: str) -> dict[str, float]:
-        """Counters of camera and firmware, and when: as near to one moment as two questions are. Frames that a fault asked the camera
-        to keep are none that it could not hand over."""
+        """Counters of camera and firmware, and when: as near to one moment as two questions are. Frames that a fault
+        asked the camera to keep are none that it could not hand over."""
         at = time.monotonic()
         counts = camera.counters()["counters"]
         info = self.info(uri)
@@ -217,9 +219,10 @@ class Rig:
         }
 
     def at_rest(self, camera: UsbCamera, uri: str, watcher: Watcher) -> dict[str, float]:
-        """A snapshot while nothing is under way, so that what went in can be held against what came out, with what the client got
-        ("arrived", "missing"). The camera is silent from "at" until "until", which is shorter than the 2 s after which the firmware takes it
-        for gone; returns when that is over. Where this machine was too busy for that, it is tried again."""
+        """A snapshot while nothing is under way, so that what went in can be held against what came out, with what the
+        client got ("arrived", "missing"). The camera is silent from "at" until "until", which is shorter than the 2 s
+        after which the firmware takes it for gone; returns when that is over. Where this machine was too busy for that,
+        it is tried again."""
         streams: Callable[[], int] = lambda: camera.counters()["counters"]["streams"]
         for _ in range(4):
             before = streams()
@@ -245,7 +248,8 @@ class Rig:
                     "missing": lines[-1]["gaps"],
                 }
         raise Broken(
-            f"four looks at a camera at rest took more than {_REST_S} s each, or the firmware took it for gone: this machine "
+            f"four looks at a camera at rest took more than {_REST_S} s each, or the firmware took it for gone: "
+            "this machine "
             "is too busy"
         )
 
@@ -266,7 +270,8 @@ class Rig:
         whole = sum(grown) or 1
         share = lambda ticks: f"{100 * ticks / whole:.0f}"
         own = {name: own_b[name] - own_a.get(name, 0) for name in own_b}
-        text = f"idle {share(grown[3] + grown[4])}, interrupts {share(grown[5] + grown[6])}, lightwelld {share(sum(own.values()))}"
+        text = (f"idle {share(grown[3] + grown[4])}, interrupts {share(grown[5] + grown[6])}, "
+                f"lightwelld {share(sum(own.values()))}")
         busiest = sorted(own, key=lambda name: -own[name])[:4]
         return text + " (" + ", ".join(f"{name} {share(own[name])}" for name in busiest) + ")"
 
@@ -349,7 +354,8 @@ class Rig:
         )
 
     def marker_frames(self, folder: Path, pictures: Sequence[str], *, noisy: int, period_s: float) -> None:
-        """Path-traced pictures of a marker as a webcam's frames, for the replay camera: hil/report/marker_frames_main.cpp."""
+        """Path-traced pictures of a marker as a webcam's frames, for the replay camera:
+        hil/report/marker_frames_main.cpp."""
         _said(
             [
                 self.tools.host / "marker_frames",

@@ -1,4 +1,5 @@
-"""Runs tests of the roster: boards are started when first needed and ended after their last test, faults of the harness included."""
+"""Runs tests of the roster: boards are started when first needed and ended after their last test, faults of the harness
+included."""
 
 import importlib
 import signal

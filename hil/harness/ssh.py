@@ -68,8 +68,8 @@ class Ssh:
         ]
 
     def greets(self, timeout_s: float = 15.0) -> bool:
-        """Whether a server says its name at the port: cheaper for the board than a connection. A server that is asked and not
-        waited for has to make a process each time, for nothing."""
+        """Whether a server says its name at the port: cheaper for the board than a connection. A server that is asked
+        and not waited for has to make a process each time, for nothing."""
         host, port = self.address
         try:
             if self._before:
@@ -94,8 +94,8 @@ class Ssh:
     def run(
         self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False
     ) -> Ran:
-        """Runs a command (a str: by the board's shell) with `text` as its input. Raises TimeoutError after `timeout_s`: the
-        command may then go on in the board; CommandFailed with `check` where its status is not 0."""
+        """Runs a command (a str: by the board's shell) with `text` as its input. Raises TimeoutError after `timeout_s`:
+        the command may then go on in the board; CommandFailed with `check` where its status is not 0."""
         words = [remote] if isinstance(remote, str) else list(remote)
         try:
             # The connection that stays open inherits stderr: read from a pipe it would be waited for as long as it

@@ -30,9 +30,10 @@ class UsbWire:
         self._address = device.network().reach(_PORT)[0]
 
     def attach(self) -> float:
-        """Returns when the gadget is on the host's bus: time.monotonic() of the attachment's beginning. The kernel's usbip-vudc (6.1) may
-        answer to a new host what the one before had asked. Either usbip reads that in place of usbipd's answer ("version mismatch: 0"),
-        or vhci-hcd does and lets go of the gadget ("cannot find a urb of seqnum"): whoever attached it has to do so again.
+        """Returns when the gadget is on the host's bus: time.monotonic() of the attachment's beginning. The kernel's
+        usbip-vudc (6.1) may answer to a new host what the one before had asked. Either usbip reads that in place of
+        usbipd's answer ("version mismatch: 0"), or vhci-hcd does and lets go of the gadget ("cannot find a urb of
+        seqnum"): whoever attached it has to do so again.
         """
         def attached() -> float | None:
             wait_for(

@@ -68,8 +68,8 @@ def render(daemon: Path, camera: Any) -> tuple[str, list[bytes]]:
 
 
 class VividLoop:
-    """Pictures, one after the other and again and again, through the loop of a board. `device`: whom a camera's reader opens;
-    `rate`: how many frames a second the driver makes."""
+    """Pictures, one after the other and again and again, through the loop of a board. `device`: whom a camera's reader
+    opens; `rate`: how many frames a second the driver makes."""
 
     def __init__(self, board: Board, camera: Any, pictures: Sequence[bytes]) -> None:
         self.device, self.rate = "", 0.0
@@ -105,7 +105,8 @@ class VividLoop:
             self._board.copy_in(Path(file.name), _FILE)
         # osd_text_mode 2: without the text that the driver writes over each picture.
         self._board.run(
-            f"for d in {self.device} {output}; do v4l2-ctl -d $d --set-dv-bt-timings cvt,{size},fps=60 || exit 1; done; "
+            f"for d in {self.device} {output}; do v4l2-ctl -d $d --set-dv-bt-timings cvt,{size},fps=60 || exit 1; "
+            f"done; "
             f"v4l2-ctl -d {self.device} --set-ctrl=osd_text_mode=2,loop_video=1 --set-fmt-video={shape} && "
             f"v4l2-ctl -d {output} --set-fmt-video-out={shape} && "
             f"systemd-run --quiet --collect --unit={_FEEDER} -p StandardOutput=null -p StandardError=null "

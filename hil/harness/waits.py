@@ -33,8 +33,8 @@ def wait_for(
     state: Callable[[], str] = lambda: "",
 ) -> T:
     """Calls `look` every `every_s` seconds until it returns something that is neither None nor False, and returns that.
-    Each `tell_every_s` seconds a line says what is waited for, and what `state` says of it. An exception of `look` ends the
-    wait: the thing can no longer come. Raises TimedOut after `timeout_s`."""
+    Each `tell_every_s` seconds a line says what is waited for, and what `state` says of it. An exception of `look` ends
+    the wait: the thing can no longer come. Raises TimedOut after `timeout_s`."""
     begin = time.monotonic()
     told = begin
     while True:

@@ -84,8 +84,8 @@ class Watcher(ABC):
         )
 
     def back_after(self, what: str, limit_s: float) -> float:
-        """Seconds from now until a whole second of the client's had light in it. It tells each when it is over, so this is up to two
-        seconds more than the light itself took."""
+        """Seconds from now until a whole second of the client's had light in it. It tells each when it is over, so this
+        is up to two seconds more than the light itself took."""
         begun, since = time.monotonic(), len(self.seconds())
         # The second that is under way when the fault ends may hold frames of before it.
         self.wait_for(what, limit_s, since=since + 1)
@@ -137,5 +137,6 @@ class WatcherOnBoard(Watcher):
 
     def end(self) -> None:
         self._board.run(
-            "p=$(cat /run/watch.pid) && rm /run/watch.pid && kill $p && timeout 20 tail -s 0.1 --pid=$p -f /dev/null; true"
+            "p=$(cat /run/watch.pid) && rm /run/watch.pid && kill $p && timeout 20 tail -s 0.1 --pid=$p -f "
+            "/dev/null; true"
         )

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""tests/measure/count_instructions on a program whose count is known: count_instructions_test.py KNOWN_COUNT SYSROOT."""
+"""tests/measure/count_instructions on a program whose count is known: count_instructions_test.py KNOWN_COUNT
+SYSROOT."""
 
 import json
 import pathlib

@@ -151,7 +151,8 @@ def converters(programs, say):
     panorama = os.path.join(os.environ["LIGHTWELL_PANORAMA_DIR"], "interior.exr")
     rows = []
     for figure, item in lines_of([programs / "measure_converters", panorama], say).items():
-        real = f"real converter, 1280x960; {item['ms']:.3g} ms, memcpy {item['memcpy_gb_per_s']:.3g} GB/s, {item['bytes'] / 1000:.0f} kB"
+        real = (f"real converter, 1280x960; {item['ms']:.3g} ms, memcpy {item['memcpy_gb_per_s']:.3g} GB/s, "
+                f"{item['bytes'] / 1000:.0f} kB")
         rows.append(reported(f"time by memcpy's of the picture, {figure}", item["value"], "", real))
     if not rows:
         rows.append(reported("time by memcpy's of the picture, converters", None, "", "did not run"))

@@ -213,7 +213,8 @@ def trade(programs, say):
     real = f"eight real panoramas, ideal camera, over the wire; {picture}"
     return [
         reported(
-            f"{item['figure']}: {item['bytes_per_s']:.0f} B/s, {item['irradiance_ns']:.0f} ns, silver ball {item['silver_percent']:.1f} %",
+            f"{item['figure']}: {item['bytes_per_s']:.0f} B/s, {item['irradiance_ns']:.0f} ns, silver ball "
+            f"{item['silver_percent']:.1f} %",
             item["irradiance_percent"],
             "% irradiance error",
             real,

@@ -1,7 +1,7 @@
 """Topic marker: light from a marker body, beside the seed's algorithm and the seed's own figures.
 
-The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees above the board at 61 cm, path-traced; ten noisy
-8-bit frames of each picture. Errors are of the direction from the body's centre.
+The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees above the board at 61 cm, path-traced;
+ten noisy 8-bit frames of each picture. Errors are of the direction from the body's centre.
 """
 
 import json
@@ -132,7 +132,8 @@ def grid_of_ours(figures):
 
 
 def grid_of_seed(figures):
-    """Context: what the thesis measured of itself (`published`), and its algorithm on these frames at the best fixed threshold."""
+    """Context: what the thesis measured of itself (`published`), and its algorithm on these frames at the best fixed
+    threshold."""
     rows = []
     thesis = lambda what: figures.get(f"thesis.{what}", {}).get("value")
     for encoding, encoding_name in ENCODINGS.items():
@@ -174,7 +175,8 @@ def grid_of_seed(figures):
 
 
 def light(items):
-    """Two lamps, near and far ones, rooms; whether errors are as large as they are said to be. Every frame counts, flagged ones are told."""
+    """Two lamps, near and far ones, rooms; whether errors are as large as they are said to be. Every frame counts,
+    flagged ones are told."""
     real = REAL.format(encoding="sRGB")
     rows = []
     of_group = lambda group: [i for i in items if i["group"] == group]
@@ -342,11 +344,13 @@ def trade(cases):
                 f"{100 * case['flagged']:.0f} % flagged, {100 * case['unanswered']:.0f} % unanswered")
         rows.append(reported(f"trade, {case['what']}: ms of a followed frame", case["ms"], "ms", f"{real}; {told}"))
     default = next((case for case in cases if case["knob"] == "setting"), None)
-    name = "trade: the default is on the measured front of time, irradiance RMS (median, worst) and frames that are not sure"
+    name = ("trade: the default is on the measured front of time, irradiance RMS (median, worst) and frames that are "
+            "not sure")
     if default is None or not known(default["ms"]) or not known(default["rms"]):
         return rows + [row(name, "yes", "not measured", "", False, real)]
     by = [
-        f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, {100 * (case['rms'] / default['rms'] - 1):+.0f} % of RMS)"
+        f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, "
+            f"{100 * (case['rms'] / default['rms'] - 1):+.0f} % of RMS)"
         for case in cases
         if case["what"] in default["beaten_by"]
     ]

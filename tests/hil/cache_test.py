@@ -89,7 +89,8 @@ class Kept(unittest.TestCase):
     def test_a_maker_that_is_killed_leaves_nothing_that_counts(self):
         program = (
             "import sys, pathlib, time; sys.path.insert(0, sys.argv[1]); from hil.harness import cache\n"
-            "def make(folder):\n    (folder / 'half').write_text('')\n    print('half', flush=True)\n    time.sleep(600)\n"
+            "def make(folder):\n    (folder / 'half').write_text('')\n    print('half', flush=True)\n    "
+            "time.sleep(600)\n"
             "cache.kept('thing', '1', make, pathlib.Path(sys.argv[2]))"
         )
         child = subprocess.Popen(

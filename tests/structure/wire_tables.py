@@ -4,8 +4,8 @@
 usage: wire_tables.py [--root DIR]            fail where a table in proto/README.md is not what the .proto file says
        wire_tables.py [--root DIR] --write    write the tables anew
        wire_tables.py --self-test             check the checker
-A table stands between `<!-- fields of FILE -->` and `<!-- end of fields -->`; FILE is relative to proto/. A field without a
-comment is an error: proto/README.md is the wire's specification.
+A table stands between `<!-- fields of FILE -->` and `<!-- end of fields -->`; FILE is relative to proto/. A field
+without a comment is an error: proto/README.md is the wire's specification.
 """
 
 import argparse
@@ -25,7 +25,8 @@ FIELD = descriptor_pb2.FieldDescriptorProto
 def parsed(root, name):
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "set"
-        subprocess.run(["protoc", f"-I{root}", "--include_source_info", f"--descriptor_set_out={out}", name], check=True)
+        subprocess.run(["protoc", f"-I{root}", "--include_source_info", f"--descriptor_set_out={out}", name],
+                       check=True)
         files = descriptor_pb2.FileDescriptorSet.FromString(out.read_bytes()).file
     return files[0]
 

@@ -46,8 +46,8 @@ namespace Lightwell
         Recovered = 1 << 7, Unsure = 1 << 8, Newer = 1u << 31
     }
 
-    /// <summary>How an answer came about: of one descriptor, between two, beyond the newest with its lights moved on, or
-    /// beyond that the newest as it was.</summary>
+    /// <summary>How an answer came about: of one descriptor, between two, beyond the newest with its lights moved on,
+    /// or beyond that the newest as it was.</summary>
     public enum Derivation { Measured, Interpolated, Extrapolated, Held }
 
     public enum LinkState
@@ -215,10 +215,12 @@ namespace Lightwell
     /// <summary>Where the strongest light goes.</summary>
     public enum MainLight { Apart, InHarmonics }
 
-    /// <summary>Light for RenderSettings.ambientProbe and a directional Light, in Unity's axes (left-handed, +Z forward).
+    /// <summary>Light for RenderSettings.ambientProbe and a directional Light, in Unity's axes (left-handed, +Z
+    /// forward).
     /// <code>
     /// var probe = new SphericalHarmonicsL2();
-    /// for (int rgb = 0; rgb &lt; 3; ++rgb) for (int i = 0; i &lt; 9; ++i) probe[rgb, i] = unity.SphericalHarmonicsL2[9 * rgb + i];
+    /// for (int rgb = 0; rgb &lt; 3; ++rgb)
+    ///     for (int i = 0; i &lt; 9; ++i) probe[rgb, i] = unity.SphericalHarmonicsL2[9 * rgb + i];
     /// sun.transform.forward = new Vector3(unity.Forward.X, unity.Forward.Y, unity.Forward.Z);
     /// sun.color = new Color(unity.Color.R, unity.Color.G, unity.Color.B).gamma;
     /// sun.intensity = unity.Intensity;
@@ -238,7 +240,8 @@ namespace Lightwell
         public float Intensity;
 
         public Validity Validity { get { return (Validity)validity; } }
-        /// <summary>Error of the irradiance by what Unity cannot hold, relative; -1 where it was not worked out.</summary>
+        /// <summary>Error of the irradiance by what Unity cannot hold, relative; -1 where it was not worked
+        /// out.</summary>
         public float Residual { get { return residual; } }
         /// <summary>this[rgb, coefficient] at 9 rgb + coefficient, pre-scaled as Unity has it.</summary>
         public float[] SphericalHarmonicsL2 { get { return harmonics; } }
@@ -254,7 +257,8 @@ namespace Lightwell
         /// <summary>How far beyond the newest At moves lights on; 50 ms. Negative: not at all.</summary>
         public TimeSpan Extrapolation;
         public TimeSpan ConnectTimeout, RetryMin, RetryMax, SilenceLimit;
-        /// <summary>Of a grpcs:// probe, as `lightwell pair` writes it; looked up by address where it is null.</summary>
+        /// <summary>Of a grpcs:// probe, as `lightwell pair` writes it; looked up by address where it is
+        /// null.</summary>
         public string CredentialsFolder;
         /// <summary>With what a broker is met; files are PEM.</summary>
         public string MqttCaFile, MqttCertificateFile, MqttKeyFile, MqttUser, MqttPassword;
@@ -635,7 +639,8 @@ namespace Lightwell
         /// <summary>Of the link, or of the last refused message; empty while all went well.</summary>
         public string LastError { get { return Text(3); } }
 
-        /// <summary>All fields are sent: begin with EstimatorConfig.Defaults(). Blocks until the probe answers.</summary>
+        /// <summary>All fields are sent: begin with EstimatorConfig.Defaults(). Blocks until the probe
+        /// answers.</summary>
         public void SetEstimator(EstimatorConfig config)
         {
             config.size = (uint)Marshal.SizeOf(typeof(EstimatorConfig));

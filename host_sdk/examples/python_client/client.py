@@ -78,8 +78,8 @@ def coefficients(harmonics):
 
 
 def from_above(descriptor, sh):
-    """Irradiance of a surface that faces up (+Y), of harmonics by bands 0 and 1 and of lights as if they were points: a first
-    look. All of it is in proto/README.md."""
+    """Irradiance of a surface that faces up (+Y), of harmonics by bands 0 and 1 and of lights as if they were points: a
+    first look. All of it is in proto/README.md."""
     total = [0.0, 0.0, 0.0]
     for (band, m), rgb in sh.items():
         basis = {(0, 0): 0.282095, (1, -1): 0.488603}.get((band, m), 0)  # of (0, 1, 0)

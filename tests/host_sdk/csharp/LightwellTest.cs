@@ -105,7 +105,8 @@ internal static class LightwellTest
                 {
                     var e = turned.Irradiance(Vector(v, 4)).Value;
                     for (var k = 0; k < 3; ++k)
-                        Check(Math.Abs(new[] { e.R, e.G, e.B }[k] - v[7 + k]) <= 1e-5 * (Math.Abs(v[7 + k]) + 1e4), word);
+                        Check(Math.Abs(new[] { e.R, e.G, e.B }[k] - v[7 + k]) <= 1e-5 * (Math.Abs(v[7 + k]) + 1e4),
+                              word);
                 }
                 break;
             default:
@@ -296,7 +297,8 @@ internal static class LightwellTest
                     var info = light.Info;
                     if (info.Validity == Validity.None) continue;
                     if (info.Sequence < last) Interlocked.Increment(ref torn);
-                    if (Math.Abs(light.Lights[0].Irradiance.R / info.Sequence - 1) > 1e-3) Interlocked.Increment(ref torn);
+                    if (Math.Abs(light.Lights[0].Irradiance.R / info.Sequence - 1) > 1e-3)
+                        Interlocked.Increment(ref torn);
                     last = info.Sequence;
                     Interlocked.Increment(ref seen);
                 }

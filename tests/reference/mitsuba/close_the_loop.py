@@ -253,7 +253,8 @@ def read_exr(path):
 
 
 def seams(faces):
-    """RMS difference along each of the twelve edges of the cube, relative; each pair is two rows or columns of pixels."""
+    """RMS difference along each of the twelve edges of the cube, relative; each pair is two rows or columns of
+    pixels."""
     px, nx, py, ny, pz, nz = (faces[k] for k in ("px", "nx", "py", "ny", "pz", "nz"))
     pairs = {
         "nz_px": (nz[:, -1], px[:, 0]),
@@ -375,7 +376,8 @@ def describe(args, noise, seconds):
     return {
         "what": "Six cube faces of a room from the probe's place, and a matte ball lit there. See README.md.",
         "world": "right-handed, metres, +Y up, the viewer at the origin looks along -Z, +X to his right",
-        "radiance": "linear, Rec. 709 primaries, one relative unit throughout; irradiance = radiance of the ball * pi / reflectance",
+        "radiance": "linear, Rec. 709 primaries, one relative unit throughout; irradiance = radiance of the ball * "
+                    "pi / reflectance",
         "rows": "row 0 of every file is the top of the picture, column 0 its left",
         "made_with": {
             "mitsuba": mi.__version__,
@@ -402,7 +404,8 @@ def describe(args, noise, seconds):
             "radius_m": BALL_RADIUS,
             "reflectance": BALL_REFLECTANCE,
             "samples_per_pixel": args.ball_spp,
-            "direction_of_pixel": "forward + tan(fov/2) ((2(col+0.5)/width-1) right + (1-2(row+0.5)/height) true_up), then normalised",
+            "direction_of_pixel": "forward + tan(fov/2) ((2(col+0.5)/width-1) right + (1-2(row+0.5)/height) "
+                                  "true_up), then normalised",
             "cameras": [
                 {
                     "file": f"ball_{i}.exr",
@@ -469,7 +472,8 @@ def main():
         flat = [np.concatenate([h[k].reshape(-1, 3) for k in FACES]) for h in face_halves]
         dark = (flat[0].max(1) < 1) & (flat[1].max(1) < 1)
         noise = {
-            "how": "RMS of half the difference of two independent half renders (one standard deviation of their mean), relative to the RMS",
+            "how": "RMS of half the difference of two independent half renders (one standard deviation of their "
+                   "mean), relative to the RMS",
             "irradiance_from_faces": rel_rms(ea, eb) / 2,
             "irradiance_from_faces_largest": float(np.abs(ea - eb).max() / 2 / np.sqrt(np.mean(ea**2))),
             "face_pixel_without_emitters": rel_rms(flat[0][dark], flat[1][dark]) / 2,

@@ -120,8 +120,8 @@ class Probe:
         return into
 
     def latest_in_world(self):
-        """latest() in the axes of the room that the probe hangs in; Validity.INVALID_QUERY where info().position is None.
-        In a world of your own: latest().rotated()."""
+        """latest() in the axes of the room that the probe hangs in; Validity.INVALID_QUERY where info().position is
+        None. In a world of your own: latest().rotated()."""
         into = Lighting()
         with self._used() as raw:
             check(lib.lw_probe_latest_in_world(raw, into._raw))

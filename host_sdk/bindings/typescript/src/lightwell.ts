@@ -14,7 +14,9 @@ export { EnvironmentKeeper, environmentRadiance, isWhole, levelRadiance, texelRa
 export type { EnvironmentLevel, EnvironmentMap } from "./environment.js";
 export { Lighting } from "./lighting.js";
 export type { Answer, LightingOptions, Validity } from "./lighting.js";
-export { GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis } from "./lobes.js";
+export {
+  GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis,
+} from "./lobes.js";
 export { readRecording } from "./recording.js";
 export type { RecordedMessage, Recording } from "./recording.js";
 export { toThree } from "./three.js";

@@ -3,9 +3,10 @@
     noise(frame, halves)   of two independent renders
     run(...)               every check; prints what it found, returns the exit code
 
-The closed form of a lit face: a sphere of radiance L and radius R whose centre is at distance d, wholly above the horizon of a matte point of
-albedo a, gives it the radiance a L (R/d)^2 cos theta. Sky of radiance A over the share s of its hemisphere that the board leaves: a A s. The
-board: its radiance by the same forms, with the shadow that the body casts, summed over rays.
+The closed form of a lit face: a sphere of radiance L and radius R whose centre is at distance d, wholly above the
+horizon of a matte point of albedo a, gives it the radiance a L (R/d)^2 cos theta. Sky of radiance A over the share s of
+its hemisphere that the board leaves: a A s. The board: its radiance by the same forms, with the shadow that the body
+casts, summed over rays.
 """
 
 import functools
@@ -109,7 +110,8 @@ def cosine_rays(normal: np.ndarray, count: int) -> np.ndarray:
 
 
 def board_radiance(points: np.ndarray, frame: scenes.Frame) -> np.ndarray:
-    """(n, 3), at points on the board. The body casts a hard shadow and hides sky; the light that it sends down is left out."""
+    """(n, 3), at points on the board. The body casts a hard shadow and hides sky; the light that it sends down is left
+    out."""
     up = np.array([0.0, 1, 0])
     light = (
         scenes.AMBIENT
@@ -141,8 +143,8 @@ def closed_form(frame: scenes.Frame, face: int, points: np.ndarray) -> np.ndarra
 # Checks
 # ---------------------------------------------------------------------------------------------------------------------
 def noise(frame: scenes.Frame, halves: list[np.ndarray]) -> dict:
-    """One standard deviation of a pixel of the mean of two halves, relative to what is there: on lit paper (half as bright as the
-    brightest or more), on dim paper, on the board outside of the picture's body."""
+    """One standard deviation of a pixel of the mean of two halves, relative to what is there: on lit paper (half as
+    bright as the brightest or more), on dim paper, on the board outside of the picture's body."""
     face, albedo, _ = clean_pixels(frame)
     half = (
         np.abs(halves[0] - halves[1]).mean(-1) / 2 * np.sqrt(np.pi / 2)
@@ -164,8 +166,9 @@ def tag_detector():
 
 
 def tags_read(image: np.ndarray, wanted: set[int]) -> dict[int, np.ndarray]:
-    """Number -> (4, 2) corners, house's pixels, AprilTag's order (bottom left first, counter-clockwise). The brightest exposure that does
-    not clip a tag's surroundings is its best: several are tried until all that are wanted are read."""
+    """Number -> (4, 2) corners, house's pixels, AprilTag's order (bottom left first, counter-clockwise). The brightest
+    exposure that does not clip a tag's surroundings is its best: several are tried until all that are wanted are
+    read."""
     detector = tag_detector()
     grey = image.mean(-1)
     top = np.percentile(grey, 99.5)
@@ -205,7 +208,8 @@ def check_tags(frame: scenes.Frame, image: np.ndarray) -> tuple[list[int], float
 
 
 def check_light(frame: scenes.Frame, image: np.ndarray) -> tuple[float, float, list[str]]:
-    """Largest difference of a face's paper and, of faces lit by the first lamp against others, of their ratio, from the closed form."""
+    """Largest difference of a face's paper and, of faces lit by the first lamp against others, of their ratio, from the
+    closed form."""
     face, albedo, points = clean_pixels(frame)
     measured, expected, wrong = {}, {}, []
     for i in np.flatnonzero(scenes.facing(frame) > 0.15):  # seen flatter, cells are thinner than a pixel
@@ -231,7 +235,8 @@ def check_light(frame: scenes.Frame, image: np.ndarray) -> tuple[float, float, l
 
 
 def check_room(frame: scenes.Frame, image: np.ndarray, truth: dict) -> tuple[float, list[str]]:
-    """The paper of each face that is seen against the panorama's irradiance there, which panorama.py summed without Mitsuba."""
+    """The paper of each face that is seen against the panorama's irradiance there, which panorama.py summed without
+    Mitsuba."""
     face, albedo, _ = clean_pixels(frame)
     worst, wrong = 0.0, []
     for i in np.unique(face[face >= 0]):
@@ -278,7 +283,8 @@ def run(
             line += f", faces' light within {100 * off:.1f} % of the panorama's"
         elif not frame.things:
             off, ratio, more = check_light(frame, image)
-            line += f", light on faces within {100 * off:.2f} % of the closed form, brightest to darkest {100 * ratio:+.2f} %"
+            line += (f", light on faces within {100 * off:.2f} % of the closed form, brightest to darkest "
+                     f"{100 * ratio:+.2f} %")
         else:
             more = []
         wrong += more
@@ -287,6 +293,7 @@ def run(
         print(f"WRONG: {line}")
     sizes = [path.stat().st_size for path in folder.glob("*.exr")]
     print(
-        f"{len(frames)} frames checked, {len(wrong)} things wrong; {len(sizes)} of {len(scenes.FRAMES)} are there, {sum(sizes) / 1e6:.1f} MB"
+        f"{len(frames)} frames checked, {len(wrong)} things wrong; {len(sizes)} of {len(scenes.FRAMES)} are there, "
+        f"{sum(sizes) / 1e6:.1f} MB"
     )
     return 1 if wrong else 0

@@ -8,7 +8,8 @@ Written anew from the design, so that the frames here and Lightwell's own body f
     albedo_at(...)       the same as a function of the place
     compare(path, ...)   a Lightwell body file against all that; raises Disagreement
 
-The body's frame: right-handed, metres, origin in the centre, +Y the top (face 0). A face's frame is its tag's: +X right, +Y up, +Z out.
+The body's frame: right-handed, metres, origin in the centre, +Y the top (face 0). A face's frame is its tag's: +X
+right, +Y up, +Z out.
 """
 
 import re

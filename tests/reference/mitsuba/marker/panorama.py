@@ -1,7 +1,8 @@
 """Panoramas by the house's conventions, in plain numpy: cleaning, directions, the bright region, irradiance.
 
-Written anew from the written rules (proto/README.md: equirectangular images, direction of a bright region). Arrays are (H, W, 3), row 0 the
-top; d = (cos theta sin phi, sin theta, -cos theta cos phi), so the middle of the picture is -Z and +X lies to its right.
+Written anew from the written rules (proto/README.md: equirectangular images, direction of a bright region). Arrays are
+(H, W, 3), row 0 the top; d = (cos theta sin phi, sin theta, -cos theta cos phi), so the middle of the picture is -Z and
++X lies to its right.
 """
 
 import numpy as np
@@ -33,12 +34,14 @@ def solid_angles(height: int) -> np.ndarray:
 
 
 def turned(image: np.ndarray, columns: int) -> np.ndarray:
-    """The room turned about +Y so that what was at azimuth phi (to the right positive) is `columns` pixels further to the right."""
+    """The room turned about +Y so that what was at azimuth phi (to the right positive) is `columns` pixels further to
+    the right."""
     return np.roll(image, columns, axis=1)
 
 
 def bright_region(image: np.ndarray) -> dict:
-    """The 8-connected pixels (over seam and poles) at or above half the peak's luminance, about their weighted centroid."""
+    """The 8-connected pixels (over seam and poles) at or above half the peak's luminance, about their weighted
+    centroid."""
     height, width = image.shape[:2]
     lum = image @ LUMINANCE
     start = np.unravel_index(np.argmax(lum), lum.shape)

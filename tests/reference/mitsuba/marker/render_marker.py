@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """A marker with twelve faces under known lamps, path-traced by Mitsuba 3: frames and the truth of each.
 
-Shares no code with Lightwell: geometry in dodecahedron.py, scenes in scenes.py, panoramas in panorama.py, the checks in check.py.
+Shares no code with Lightwell: geometry in dodecahedron.py, scenes in scenes.py, panoramas in panorama.py, the checks in
+check.py.
 
-    render_marker.py                 render what is missing, in the order of scenes.py; each frame is written as it is done
-    render_marker.py --group grid    only that group (grid low air near far two room extra)
+    render_marker.py                 render what is missing, in the order of scenes.py; each frame is written as it is
+    done render_marker.py --group grid    only that group (grid low air near far two room extra)
     render_marker.py --check         render nothing, check files and truth against each other (seconds)
     render_marker.py --bodies DIR    where Lightwell's body files are, which are compared with this geometry each time
 
@@ -86,9 +87,9 @@ def thing(kind: str, numbers: list) -> dict:
 
 
 def lit_scene(frame: scenes.Frame, lamp: scenes.Lamp, folder: Path) -> mi.Scene:
-    """One lamp and its share of the ambient light. Several lamps are added afterwards: next to a lamp that a sample did not choose,
-    the one that it did would be all noise. Rays find the ambient light by themselves (a sampling weight of 0 for it): under open sky
-    it is then free of noise."""
+    """One lamp and its share of the ambient light. Several lamps are added afterwards: next to a lamp that a sample did
+    not choose, the one that it did would be all noise. Rays find the ambient light by themselves (a sampling weight of
+    0 for it): under open sky it is then free of noise."""
     share = scenes.AMBIENT / len(frame.lamps)
     t = mi.ScalarTransform4f
     d = {
@@ -119,9 +120,10 @@ def lit_scene(frame: scenes.Frame, lamp: scenes.Lamp, folder: Path) -> mi.Scene:
 
 
 def sky(image: np.ndarray) -> dict:
-    """The house's panorama as Mitsuba's. Mitsuba's middle column is +Z, the house's -Z: half a turn. And Mitsuba has the first and the
-    last row's centres on the poles (half a pixel off there, none at the horizon): rows at half steps, those between two of ours their
-    mean, are the same picture by either reading, bilinear between pixel centres. sky_off_by_deg() holds both against a bright block.
+    """The house's panorama as Mitsuba's. Mitsuba's middle column is +Z, the house's -Z: half a turn. And Mitsuba has
+    the first and the last row's centres on the poles (half a pixel off there, none at the horizon): rows at half steps,
+    those between two of ours their mean, are the same picture by either reading, bilinear between pixel centres.
+    sky_off_by_deg() holds both against a bright block.
     """
     height, width = image.shape[:2]
     over = [
@@ -135,7 +137,8 @@ def sky(image: np.ndarray) -> dict:
 
 
 def sky_off_by_deg() -> float:
-    """A block of 4x4 pixels, looked at from the middle of the room: how far its centroid lies from the house's direction of it."""
+    """A block of 4x4 pixels, looked at from the middle of the room: how far its centroid lies from the house's
+    direction of it."""
     worst, height = 0.0, 256
     for row, column in [(90, 100), (40, 300), (150, 470), (200, 256)]:
         image = np.zeros((height, 2 * height, 3))
@@ -257,9 +260,9 @@ def render_room(
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """Two halves, and (12, 2, 3) the light on every face that is seen.
 
-    The room is infinitely far and the body convex: each face is lit alike all over and by nothing but the room. So Mitsuba first
-    measures the radiance of a white plane in each face's attitude with a million samples, then draws the body with every patch
-    shining with albedo times that. The frame has the noise of a million samples in every pixel.
+    The room is infinitely far and the body convex: each face is lit alike all over and by nothing but the room. So
+    Mitsuba first measures the radiance of a white plane in each face's attitude with a million samples, then draws the
+    body with every patch shining with albedo times that. The frame has the noise of a million samples in every pixel.
     """
     normals = body.normals() @ frame.world_body()[:3, :3].T
     seen = np.flatnonzero(scenes.facing(frame) > 0)
@@ -292,7 +295,8 @@ def rounded(image: np.ndarray, bits: int) -> np.ndarray:
 
 
 def write_exr(path: Path, image: np.ndarray, exact: tuple[int, int, int, int] | None = None) -> None:
-    """Mantissas of 7 bits (0.2 % RMS); within the box `exact`, which has no noise that would hide the steps, of all 10."""
+    """Mantissas of 7 bits (0.2 % RMS); within the box `exact`, which has no noise that would hide the steps, of all
+    10."""
     dr.set_thread_count(2)  # with one thread Mitsuba's EXR writer and reader wait for ever
     kind = mi.Bitmap.PixelFormat.RGB if image.shape[2] == 3 else mi.Bitmap.PixelFormat.Y
     partial, small = path.with_suffix(".part"), rounded(image, 7)

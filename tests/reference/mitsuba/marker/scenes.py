@@ -3,9 +3,10 @@
     FRAMES          every frame, in the order in which they are rendered
     truth(frame)    what scenes.json says of it
 
-The scenes' world: right-handed, metres, origin in the body's centre, +Y up, the camera on the side of +Z. Azimuths are from +Z towards
-+X, which is the camera's right: 0 in front of the body, 90 on its right, 180 behind it. The probe is the camera: x right, y up, z back.
-Radiance is relative: a matte, white (albedo 1) surface that faces a lamp of `brightness` 1 from the body's centre has radiance 1.
+The scenes' world: right-handed, metres, origin in the body's centre, +Y up, the camera on the side of +Z. Azimuths are
+from +Z towards +X, which is the camera's right: 0 in front of the body, 90 on its right, 180 behind it. The probe is
+the camera: x right, y up, z back. Radiance is relative: a matte, white (albedo 1) surface that faces a lamp of
+`brightness` 1 from the body's centre has radiance 1.
 """
 
 from dataclasses import dataclass
@@ -106,7 +107,8 @@ THING_ALBEDO = 0.4
 
 
 def pair(angle: float, middle: float, low: float, high: float) -> tuple[Lamp, Lamp]:
-    """Two lamps of different colour, `angle` apart as seen from the body's centre, on either side of the azimuth `middle`."""
+    """Two lamps of different colour, `angle` apart as seen from the body's centre, on either side of the azimuth
+    `middle`."""
     a, b = np.radians([low, high])
     between = np.degrees(np.arccos((np.cos(np.radians(angle)) - np.sin(a) * np.sin(b)) / (np.cos(a) * np.cos(b))))
     return Lamp(middle - between / 2, low, 0.61, WARM, 0.7), Lamp(middle + between / 2, high, 0.61, COOL, 0.7)

@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
 """What the faces of a marker can tell of a room at all, whoever looks at them. Shares no code with Lightwell.
 
-    what_faces_tell.py --direction     the rooms of scenes.json: how far from its place a light with the strongest one's own irradiance may stand, so
-                                       that some light that is nowhere negative makes up for it on every seen face (half a percent of their mean)
-    what_faces_tell.py --irradiance    26 panoramas, each turned ten times at random: error of the irradiance over normals within 60 degrees of the camera,
-                                       of the most even light that explains the seen faces (largest entropy), and of a constant and a slope
+    what_faces_tell.py --direction     the rooms of scenes.json: how far from its place a light with the strongest one's
+    own irradiance may stand, so
+                                       that some light that is nowhere negative makes up for it on every seen face (half
+                                       a percent of their mean)
+    what_faces_tell.py --irradiance    26 panoramas, each turned ten times at random: error of the irradiance over
+    normals within 60 degrees of the camera,
+                                       of the most even light that explains the seen faces (largest entropy), and of a
+                                       constant and a slope
 
 Needs numpy, scipy and mitsuba (which reads the panoramas). Exit: 0.
 """
@@ -97,9 +101,12 @@ def rooms() -> None:
         normals = (body.normals() @ body.rotation(*frame["T_probe_body"]["q_xyzw"]).T)[seen]
         asked, truth = np.array(light["normals"]), np.array(light["irradiance_rgb"])
         print(
-            f"{name}: {100 * light['strongest']['share_of_irradiance_facing_it']:.0f} % of what faces it, {len(seen)} faces; it may stand "
-            f"{directions_that_do(normals, irradiance, light['strongest']):.0f} deg away; irradiance of the most even light off by "
-            f"{rms(most_even(normals, irradiance, asked), truth):.1f} %, of a slope {rms(slope(normals, irradiance, asked), truth):.1f} %",
+            f"{name}: {100 * light['strongest']['share_of_irradiance_facing_it']:.0f} % of what faces it, "
+            f"{len(seen)} faces; it may stand "
+            f"{directions_that_do(normals, irradiance, light['strongest']):.0f} deg away; irradiance of the most "
+            f"even light off by "
+            f"{rms(most_even(normals, irradiance, asked), truth):.1f} %, of a slope "
+            f"{rms(slope(normals, irradiance, asked), truth):.1f} %",
             flush=True,
         )
 
@@ -139,12 +146,14 @@ def panoramas(folder: Path) -> None:
             of_path.append([rms(method(seen, measured, asked), irradiance(asked)) for method in (most_even, slope)])
         errors += of_path
         print(
-            f"{path.stem}: most even {np.median(of_path, 0)[0]:.1f} %, slope {np.median(of_path, 0)[1]:.1f} % (medians)",
+            f"{path.stem}: most even {np.median(of_path, 0)[0]:.1f} %, slope {np.median(of_path, 0)[1]:.1f} % "
+            f"(medians)",
             flush=True,
         )
     for name, of in zip(("most even", "slope"), np.array(errors).T):
         print(
-            f"{name}: median {np.median(of):.1f} %, ninth decile {np.percentile(of, 90):.1f} %, worst {of.max():.0f} %, within 10 %: "
+            f"{name}: median {np.median(of):.1f} %, ninth decile {np.percentile(of, 90):.1f} %, worst {of.max():.0f} "
+            f"%, within 10 %: "
             f"{100 * (of <= 10).mean():.0f} % of {len(of)}"
         )
 
