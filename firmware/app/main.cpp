@@ -3,6 +3,7 @@
 #include <iostream>
 #include <istream>
 #include <map>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
@@ -125,14 +126,18 @@ int main(int argc, char** argv) {
     return kOk;
   }
   lightwell::Config config;
+  std::optional<lightwell::EstimatorKind> kind;
+  if (!body.empty() || estimator == "marker") kind = lightwell::EstimatorKind::marker;
+  if (estimator == "panorama") kind = lightwell::EstimatorKind::panorama;
   if (!config_path.empty()) {
     lightwell::Result<lightwell::Config> loaded =
-        lightwell::load_config(config_path, pair && camera.empty() ? "none" : camera);
+        lightwell::load_config(config_path, pair && camera.empty() ? "none" : camera, kind);
     if (!loaded) {
       lightwell::log_error(loaded.status().message());
       return kFailed;
     }
     config = std::move(*loaded);
+    for (const std::string& warning : config.warnings) lightwell::log_info(warning);
     for (std::string* path : {&config.calibration, &config.mounting, &config.grpc.keys, &config.grpc.certificate,
                               &config.grpc.key, &config.grpc.client_ca})
       make_absolute(*path, config_path);

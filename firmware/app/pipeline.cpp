@@ -12,6 +12,7 @@ Pipeline::Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator,
                    double budget_ms)
     : identity_(std::move(identity)),
       estimator_(std::move(estimator)),
+      kind_(estimator_->kind()),
       governor_(budget_ms, config.setting),
       used_(config.setting),
       config_(config),
@@ -150,7 +151,7 @@ EstimatorConfig Pipeline::estimator() const {
 }
 
 Status Pipeline::set_estimator(const EstimatorConfig& config) {
-  if (Status s = config.validate(); !s.ok()) return s;
+  if (Status s = config.validate(kind_); !s.ok()) return s;
   const std::lock_guard lock(mutex_);
   config_ = config;
   config_changed_ = true;

@@ -55,6 +55,7 @@ class Pipeline final : public Commands {
   // Commands
   [[nodiscard]] StatusSnapshot status() const override;
   [[nodiscard]] EstimatorConfig estimator() const override;
+  [[nodiscard]] EstimatorKind estimator_kind() const override { return kind_; }
   [[nodiscard]] Status set_estimator(const EstimatorConfig& config) override;
   [[nodiscard]] Result<double> report_lux(double lux, Vec3d normal) override;
 
@@ -68,6 +69,7 @@ class Pipeline final : public Commands {
   BracketSlot slot_;
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;
+  const EstimatorKind kind_;
   Governor governor_;  ///< Of the thread.
   Setting used_;       ///< Of the thread: that the estimator has.
   const FrameRecorder* recorder_ = nullptr;

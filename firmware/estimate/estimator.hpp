@@ -28,7 +28,10 @@ class Estimator {
   /// (size, lens, format); `out` then holds nothing of use. Bad light is no error: it comes out flagged.
   [[nodiscard]] virtual Status estimate(std::span<const Frame> bracket, Descriptor& out) = 0;
 
-  /// Takes effect with the next estimate; the tracks of lights go on. invalid_argument leaves all as it was.
+  /// Which options it has: see option_names() and settings_of().
+  [[nodiscard]] virtual EstimatorKind kind() const = 0;
+  /// Takes effect with the next estimate; the tracks of lights go on. invalid_argument, which names an option that is
+  /// out of its range or not one of this estimator's, leaves all as it was.
   [[nodiscard]] virtual Status configure(const EstimatorConfig& config) = 0;
   virtual void set_scale(RadianceScale scale) = 0;
   [[nodiscard]] virtual RadianceScale scale() const = 0;

@@ -1,5 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/util/message_differencer.h>
 
 #include <lightwell/config.hpp>
 #include <lightwell/mqtt.hpp>
@@ -8,34 +12,176 @@
 #include "text_message.hpp"
 
 namespace lightwell {
+namespace {
 
-Status EstimatorConfig::validate() const {
-  if (band < 0 || band > 6)
-    return {StatusCode::invalid_argument, "estimator.band is " + std::to_string(band) + "; it must be 0 to 6"};
-  if (max_lights < 0 || max_lights > 64)
-    return {StatusCode::invalid_argument,
-            "estimator.max_lights is " + std::to_string(max_lights) + "; it must be 0 to 64"};
+namespace pb = google::protobuf;
+
+constexpr std::array kKinds = {EstimatorKind::panorama, EstimatorKind::marker};
+
+Status refuse(const std::string& field, const std::string& value, const std::string& what) {
+  return {StatusCode::invalid_argument, "estimator." + field + " is " + value + "; it must be " + what};
+}
+
+v1::EstimatorConfig message_of(const EstimatorConfig& e) {
+  v1::EstimatorConfig m;
+  m.set_band(static_cast<std::uint32_t>(e.band));
+  m.set_max_lights(static_cast<std::uint32_t>(e.max_lights));
+  m.set_setting(static_cast<v1::Setting>(e.setting));
+  v1::PanoramaEstimatorConfig& panorama = *m.mutable_panorama();
+  panorama.set_light_threshold(e.panorama.light_threshold);
+  panorama.set_epsilon(e.panorama.epsilon);
+  panorama.set_radiance_epsilon(e.panorama.radiance_epsilon);
+  panorama.set_unseen(static_cast<v1::UnseenFill>(e.panorama.unseen));
+  panorama.set_smoothing(static_cast<v1::Smoothing>(e.panorama.smoothing));
+  panorama.set_environment_edge(static_cast<std::uint32_t>(e.panorama.environment_edge));
+  panorama.set_environment_rate(e.panorama.environment_rate);
+  v1::MarkerEstimatorConfig& marker = *m.mutable_marker();
+  marker.set_decimation(e.marker.decimation);
+  marker.set_search_decimation(e.marker.search_decimation);
+  marker.set_max_faces(static_cast<std::uint32_t>(e.marker.max_faces));
+  return m;
+}
+
+void update(EstimatorConfig& e, const v1::EstimatorConfig& m) {
+  if (m.has_band()) e.band = static_cast<int>(m.band());
+  if (m.has_max_lights()) e.max_lights = static_cast<int>(m.max_lights());
+  if (m.has_setting()) e.setting = static_cast<Setting>(m.setting());
+  const v1::PanoramaEstimatorConfig& panorama = m.panorama();
+  if (panorama.has_light_threshold()) e.panorama.light_threshold = panorama.light_threshold();
+  if (panorama.has_epsilon()) e.panorama.epsilon = panorama.epsilon();
+  if (panorama.has_radiance_epsilon()) e.panorama.radiance_epsilon = panorama.radiance_epsilon();
+  if (panorama.has_unseen()) e.panorama.unseen = static_cast<UnseenFill>(panorama.unseen());
+  if (panorama.has_smoothing()) e.panorama.smoothing = static_cast<Smoothing>(panorama.smoothing());
+  if (panorama.has_environment_edge()) e.panorama.environment_edge = static_cast<int>(panorama.environment_edge());
+  if (panorama.has_environment_rate()) e.panorama.environment_rate = panorama.environment_rate();
+  const v1::MarkerEstimatorConfig& marker = m.marker();
+  if (marker.has_decimation()) e.marker.decimation = marker.decimation();
+  if (marker.has_search_decimation()) e.marker.search_decimation = marker.search_decimation();
+  if (marker.has_max_faces()) e.marker.max_faces = static_cast<int>(marker.max_faces());
+}
+
+/// Moves deprecated fields into the message that has them by the same name and type now, unless they are set there.
+/// By reflection, as their accessors warn whoever compiles them.
+std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind kind) {
+  std::vector<std::string> warnings;
+  v1::PanoramaEstimatorConfig& to = *m.mutable_panorama();
+  const pb::Reflection &from_fields = *m.GetReflection(), &to_fields = *to.GetReflection();
+  std::vector<const pb::FieldDescriptor*> set;
+  from_fields.ListFields(m, &set);
+  for (const pb::FieldDescriptor* old : set) {
+    if (!old->options().deprecated()) continue;
+    const std::string& name = old->name();
+    const pb::FieldDescriptor* now = to.GetDescriptor()->FindFieldByName(name);
+    warnings.push_back(kind == EstimatorKind::panorama
+                           ? "estimator." + name + " is deprecated: write estimator { panorama { " + name + " } }"
+                           : "estimator." + name +
+                                 " does nothing: it is an option of the panorama estimator, and the " +
+                                 std::string(to_string(kind)) + " estimator runs; leave it out");
+    if (kind != EstimatorKind::panorama || to_fields.HasField(to, now)) continue;
+    if (old->cpp_type() == pb::FieldDescriptor::CPPTYPE_DOUBLE)
+      to_fields.SetDouble(&to, now, from_fields.GetDouble(m, old));
+    else if (old->cpp_type() == pb::FieldDescriptor::CPPTYPE_ENUM)
+      to_fields.SetEnumValue(&to, now, from_fields.GetEnumValue(m, old));
+    else
+      to_fields.SetUInt32(&to, now, from_fields.GetUInt32(m, old));
+  }
+  return warnings;
+}
+
+}  // namespace
+
+std::string_view to_string(EstimatorKind kind) {
+  switch (kind) {
+    case EstimatorKind::panorama:
+      return "panorama";
+    case EstimatorKind::marker:
+      return "marker";
+  }
+  return "unknown";
+}
+
+Status PanoramaEstimatorConfig::validate() const {
   if (!(light_threshold >= 1.5) || !std::isfinite(light_threshold))
-    return {StatusCode::invalid_argument, "estimator.light_threshold is " + std::to_string(light_threshold) +
-                                              "; it must be at least 1.5 times the mean"};
-  if (!(epsilon >= 0 && epsilon < 1))
-    return {StatusCode::invalid_argument,
-            "estimator.epsilon is " + std::to_string(epsilon) + "; it must be 0 to 1, 0.01 is 1 %"};
+    return refuse("panorama.light_threshold", std::to_string(light_threshold), "at least 1.5 times the mean");
+  if (!(epsilon >= 0 && epsilon < 1)) return refuse("panorama.epsilon", std::to_string(epsilon), "0 to 1, 0.01 is 1 %");
   if (!(radiance_epsilon >= 0 && radiance_epsilon < 1))
-    return {StatusCode::invalid_argument,
-            "estimator.radiance_epsilon is " + std::to_string(radiance_epsilon) + "; it must be 0 to 1, 0.01 is 1 %"};
-  if (to_string(setting) == "unknown") return {StatusCode::invalid_argument, "estimator.setting is not known"};
+    return refuse("panorama.radiance_epsilon", std::to_string(radiance_epsilon), "0 to 1, 0.01 is 1 %");
   if (unseen < UnseenFill::none || unseen > UnseenFill::average)
-    return {StatusCode::invalid_argument, "estimator.unseen is not known"};
+    return {StatusCode::invalid_argument, "estimator.panorama.unseen is not known"};
   if (smoothing < Smoothing::none || smoothing > Smoothing::one_euro)
-    return {StatusCode::invalid_argument, "estimator.smoothing is not known"};
+    return {StatusCode::invalid_argument, "estimator.panorama.smoothing is not known"};
   if (environment_edge != 0 && environment_edge != 8 && environment_edge != 16 && environment_edge != 32 &&
       environment_edge != 64)
-    return {StatusCode::invalid_argument,
-            "estimator.environment_edge is " + std::to_string(environment_edge) + "; it must be 0, 8, 16, 32 or 64"};
+    return refuse("panorama.environment_edge", std::to_string(environment_edge), "0, 8, 16, 32 or 64");
   if (!(environment_rate > 0) || !std::isfinite(environment_rate))
-    return {StatusCode::invalid_argument, "estimator.environment_rate must be positive and finite"};
+    return refuse("panorama.environment_rate", std::to_string(environment_rate), "positive and finite");
   return {};
+}
+
+Status MarkerEstimatorConfig::validate() const {
+  if (!(decimation == 0 || (decimation >= 1 && decimation <= 8)))
+    return refuse("marker.decimation", std::to_string(decimation), "0 (from the size of the tags) or 1 to 8");
+  if (!(search_decimation >= 1 && search_decimation <= 8))
+    return refuse("marker.search_decimation", std::to_string(search_decimation), "1 to 8");
+  if (max_faces < 0) return refuse("marker.max_faces", std::to_string(max_faces), "0 (all) or more");
+  return {};
+}
+
+Status EstimatorConfig::validate() const {
+  if (band < 0 || band > 6) return refuse("band", std::to_string(band), "0 to 6");
+  if (max_lights < 0 || max_lights > 64) return refuse("max_lights", std::to_string(max_lights), "0 to 64");
+  if (to_string(setting) == "unknown") return {StatusCode::invalid_argument, "estimator.setting is not known"};
+  if (Status s = panorama.validate(); !s.ok()) return s;
+  return marker.validate();
+}
+
+Status EstimatorConfig::validate(EstimatorKind kind) const {
+  if (Status s = validate(); !s.ok()) return s;
+  const std::string name(to_string(kind));
+  const v1::EstimatorConfig set = message_of(*this), usual = message_of({});
+  const pb::Reflection& fields = *set.GetReflection();
+  for (const EstimatorKind other : kKinds) {
+    if (other == kind) continue;
+    const std::string owner(to_string(other));
+    const pb::FieldDescriptor* section = set.GetDescriptor()->FindFieldByName(owner);
+    const pb::Message &has = fields.GetMessage(set, section), &had = fields.GetMessage(usual, section);
+    pb::util::MessageDifferencer differencer;
+    std::vector<const pb::FieldDescriptor*> all;
+    has.GetReflection()->ListFields(has, &all);
+    for (const pb::FieldDescriptor* field : all)
+      if (!differencer.CompareWithFields(has, had, {field}, {field}))
+        return {StatusCode::invalid_argument,
+                "estimator." + owner + "." + field->name() + ": the " + name +
+                    " estimator, which runs, has no such option; the " + owner +
+                    " estimator has it: leave it out, or run that estimator (lightwelld --estimator " + owner + ")"};
+  }
+  const std::span<const Setting> settings = settings_of(kind);
+  if (std::ranges::find(settings, setting) == settings.end())
+    return {StatusCode::invalid_argument, "estimator.setting: the " + name + " estimator has no setting " +
+                                              std::string(to_string(setting)) + "; set " +
+                                              std::string(to_string(settings.back()))};
+  return {};
+}
+
+std::vector<std::string> option_names(EstimatorKind kind) {
+  std::vector<std::string> out;
+  const pb::Descriptor& all = *v1::EstimatorConfig::descriptor();
+  for (int i = 0; i < all.field_count(); ++i) {
+    const pb::FieldDescriptor& field = *all.field(i);
+    if (const pb::Descriptor* section = field.message_type()) {
+      if (field.name() != to_string(kind)) continue;
+      for (int k = 0; k < section->field_count(); ++k) out.push_back(field.name() + "." + section->field(k)->name());
+    } else if (!field.options().deprecated()) {
+      out.push_back(field.name());
+    }
+  }
+  return out;
+}
+
+std::span<const Setting> settings_of(EstimatorKind kind) {
+  // From fast to balanced a marker's pictures are decimated less; there is nothing that it leaves out then.
+  const std::span<const Setting> all(kSettings);
+  return kind == EstimatorKind::marker ? all.first(2) : all;
 }
 
 EstimatorConfig at_setting(EstimatorConfig config) {
@@ -50,8 +196,8 @@ EstimatorConfig at_setting(EstimatorConfig config) {
       wider = 0;
       break;
   }
-  config.epsilon *= wider;
-  config.radiance_epsilon *= wider;
+  config.panorama.epsilon *= wider;
+  config.panorama.radiance_epsilon *= wider;
   return config;
 }
 
@@ -124,20 +270,6 @@ Status GreyPatch::validate(const RigParameters& rig) const {
 
 namespace {
 
-EstimatorConfig updated(EstimatorConfig e, const v1::EstimatorConfig& m) {
-  if (m.has_band()) e.band = static_cast<int>(m.band());
-  if (m.has_max_lights()) e.max_lights = static_cast<int>(m.max_lights());
-  if (m.has_light_threshold()) e.light_threshold = m.light_threshold();
-  if (m.has_epsilon()) e.epsilon = m.epsilon();
-  if (m.has_radiance_epsilon()) e.radiance_epsilon = m.radiance_epsilon();
-  if (m.has_setting()) e.setting = static_cast<Setting>(m.setting());
-  if (m.has_unseen()) e.unseen = static_cast<UnseenFill>(m.unseen());
-  if (m.has_smoothing()) e.smoothing = static_cast<Smoothing>(m.smoothing());
-  if (m.has_environment_edge()) e.environment_edge = static_cast<int>(m.environment_edge());
-  if (m.has_environment_rate()) e.environment_rate = m.environment_rate();
-  return e;
-}
-
 GrpcConfig grpc_of(const v1::GrpcConfig& m) {
   GrpcConfig out;
   if (!m.listen().empty()) out.listen = m.listen();
@@ -177,29 +309,19 @@ MqttConfig mqtt_of(const v1::MqttConfig& m) {
 
 }  // namespace
 
-std::string encode_config(const EstimatorConfig& e) {
-  v1::EstimatorConfig m;
-  m.set_band(static_cast<std::uint32_t>(e.band));
-  m.set_max_lights(static_cast<std::uint32_t>(e.max_lights));
-  m.set_light_threshold(e.light_threshold);
-  m.set_epsilon(e.epsilon);
-  m.set_radiance_epsilon(e.radiance_epsilon);
-  m.set_setting(static_cast<v1::Setting>(e.setting));
-  m.set_unseen(static_cast<v1::UnseenFill>(e.unseen));
-  m.set_smoothing(static_cast<v1::Smoothing>(e.smoothing));
-  m.set_environment_edge(static_cast<std::uint32_t>(e.environment_edge));
-  m.set_environment_rate(e.environment_rate);
-  return m.SerializeAsString();
-}
+std::string encode_config(const EstimatorConfig& config) { return message_of(config).SerializeAsString(); }
 
-Result<EstimatorConfig> updated_config(const EstimatorConfig& config, std::string_view message) {
+Result<UpdatedConfig> updated_config(const EstimatorConfig& config, std::string_view message, EstimatorKind kind) {
   v1::EstimatorConfig m;
   if (!m.ParseFromArray(message.data(), static_cast<int>(message.size())))
     return Status(StatusCode::data_loss, "estimator: not a protobuf message");
-  return updated(config, m);
+  UpdatedConfig out{config, move_deprecated(m, kind)};
+  update(out.config, m);
+  return out;
 }
 
-Result<Config> parse_config(std::string_view text, const std::string& name, const std::string& camera_uri) {
+Result<Config> parse_config(std::string_view text, const std::string& name, const std::string& camera_uri,
+                            std::optional<EstimatorKind> estimator) {
   v1::Config m;
   if (const Status s = parse_text_message(text, name, m); !s.ok()) return s;
   Config c;
@@ -212,7 +334,10 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   if (m.camera().gain() != 0) c.camera.gain = m.camera().gain();
   c.calibration = m.calibration();
   c.mounting = m.mounting();
-  c.estimator = updated({}, m.estimator());
+  const EstimatorKind kind = estimator.value_or(m.has_marker() ? EstimatorKind::marker : EstimatorKind::panorama);
+  for (const std::string& warning : move_deprecated(*m.mutable_estimator(), kind))
+    c.warnings.push_back(name + ": " + warning);
+  update(c.estimator, m.estimator());
   c.grpc = grpc_of(m.grpc());
   c.record_path = m.record().path();
   c.budget_ms = m.budget_ms();
@@ -229,13 +354,15 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   if (m.has_mqtt()) c.mqtt = mqtt_of(m.mqtt());
   if (m.discovery().mdns() != 0) c.mdns = static_cast<Mdns>(m.discovery().mdns());
   if (const Status s = c.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
+  if (const Status s = c.estimator.validate(kind); !s.ok()) return Status(s.code(), name + ": " + s.message());
   return c;
 }
 
-Result<Config> load_config(const std::string& path, const std::string& camera_uri) {
+Result<Config> load_config(const std::string& path, const std::string& camera_uri,
+                           std::optional<EstimatorKind> estimator) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.status();
-  return parse_config(*text, path, camera_uri);
+  return parse_config(*text, path, camera_uri, estimator);
 }
 
 }  // namespace lightwell

@@ -54,8 +54,8 @@ Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkRespon
       answer_info(with_short_texts(commands.status()), *response.mutable_info());
       return {};
     case v1::LinkRequest::kSetConfig: {
-      Status done = answer_set_config(request.set_config().config(), commands);
-      if (done.ok()) response.mutable_set_config();
+      Status done = answer_set_config(request.set_config().config(), commands, *response.mutable_set_config());
+      if (!done.ok()) response.clear_set_config();
       return done;
     }
     case v1::LinkRequest::kReportLux: {

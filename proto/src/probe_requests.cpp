@@ -37,7 +37,7 @@ void answer_info(const StatusSnapshot& status, v1::InfoResponse& response) {
   response.set_clock_now_ns(static_cast<std::uint64_t>(monotonic_now_ns()));
 }
 
-Status answer_set_config(const v1::Config& config, Commands& commands) {
+Status answer_set_config(const v1::Config& config, Commands& commands, v1::SetConfigResponse& response) {
   if (const std::string fixed = fixed_fields(config); !fixed.empty())
     return {StatusCode::failed_precondition,
             fixed +
@@ -45,8 +45,11 @@ Status answer_set_config(const v1::Config& config, Commands& commands) {
                 "the configuration file and restart lightwelld"};
   if (!config.has_estimator()) return {StatusCode::invalid_argument, "no field is set"};
   // What the request leaves out stays as it is.
-  const Result<EstimatorConfig> changed = updated_config(commands.estimator(), config.estimator().SerializeAsString());
-  return changed ? commands.set_estimator(*changed) : changed.status();
+  const Result<UpdatedConfig> changed =
+      updated_config(commands.estimator(), config.estimator().SerializeAsString(), commands.estimator_kind());
+  if (!changed) return changed.status();
+  for (const std::string& warning : changed->warnings) response.add_warnings(warning);
+  return commands.set_estimator(changed->config);
 }
 
 Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& commands) {
@@ -69,8 +72,9 @@ Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, 
     case ProbeCall::set_config: {
       const auto asked = parsed<v1::SetConfigRequest>(request);
       if (!asked) return asked.status();
-      if (Status done = answer_set_config(asked->config(), commands); !done.ok()) return done;
-      return v1::SetConfigResponse().SerializeAsString();
+      v1::SetConfigResponse response;
+      if (Status done = answer_set_config(asked->config(), commands, response); !done.ok()) return done;
+      return response.SerializeAsString();
     }
     case ProbeCall::report_lux: {
       const auto asked = parsed<v1::ReportLuxRequest>(request);

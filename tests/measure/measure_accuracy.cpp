@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
     if (std::strcmp(argv[i], "--all") == 0) {
       all = known = true;
     } else if (std::strcmp(argv[i], "--epsilon") == 0 && more) {
-      options.config.epsilon = std::atof(argv[++i]);
+      options.config.panorama.epsilon = std::atof(argv[++i]);
       known = true;
     } else if (std::strcmp(argv[i], "--setting") == 0 && more) {
       ++i;

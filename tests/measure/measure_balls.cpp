@@ -82,8 +82,8 @@ int main() {
     for (const bool reflections : {false, true}) {
       EstimatorConfig config;
       if (reflections) {
-        config.environment_edge = kMapEdge;
-        config.radiance_epsilon = kRadianceEpsilon;
+        config.panorama.environment_edge = kMapEdge;
+        config.panorama.radiance_epsilon = kRadianceEpsilon;
       }
       measure::Delivered answer = deliver(rig, shot, config);
       const Lighting light = Lighting::of(std::move(answer.descriptor));

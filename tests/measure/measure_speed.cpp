@@ -148,7 +148,7 @@ void lights() {
       for (const char* choice : {"as_rich_as_needed", "all_sent"}) {
         if (std::strcmp(choice, "all_sent") == 0) {
           c.config.max_lights = kLights;
-          c.config.epsilon = 0;
+          c.config.panorama.epsilon = 0;
         }
         measure::Speed without, with;
         for (int placement = 0; placement < kPlacements; ++placement) {

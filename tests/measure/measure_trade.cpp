@@ -190,15 +190,15 @@ int main(int argc, char** argv) {
       PanoramaOptions options;
       options.config.band = all[i].band;
       options.config.max_lights = all[i].lights;
-      options.config.environment_edge = all[i].edge;
+      options.config.panorama.environment_edge = all[i].edge;
       // All that is allowed is sent: what each costs is the question here.
-      options.config.epsilon = 0;
+      options.config.panorama.epsilon = 0;
       auto estimator = make_panorama_estimator(rig, options);
       if (!estimator) fail(estimator.status());
       Result<measure::Delivered> answer = measure::deliver(**estimator, shot);
       if (!answer) fail(answer.status());
       // A message without a map, for the descriptors between two maps.
-      options.config.environment_edge = 0;
+      options.config.panorama.environment_edge = 0;
       auto plain = make_panorama_estimator(rig, options);
       if (!plain) fail(plain.status());
       const Result<measure::Delivered> without = measure::deliver(**plain, shot);

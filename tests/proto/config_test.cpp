@@ -20,11 +20,11 @@ TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
   EXPECT_EQ(c->camera.frame_rate, 30);
   EXPECT_EQ(c->estimator.band, 6);
   EXPECT_EQ(c->estimator.max_lights, 16);
-  EXPECT_EQ(c->estimator.epsilon, 0.01);
+  EXPECT_EQ(c->estimator.panorama.epsilon, 0.01);
   EXPECT_EQ(c->estimator.setting, Setting::balanced);
-  EXPECT_EQ(c->estimator.unseen, UnseenFill::none);
-  EXPECT_EQ(c->estimator.smoothing, Smoothing::one_euro);
-  EXPECT_EQ(c->estimator.environment_edge, 0);
+  EXPECT_EQ(c->estimator.panorama.unseen, UnseenFill::none);
+  EXPECT_EQ(c->estimator.panorama.smoothing, Smoothing::one_euro);
+  EXPECT_EQ(c->estimator.panorama.environment_edge, 0);
   EXPECT_EQ(c->grpc.listen, "127.0.0.1:7420");
 }
 
@@ -59,18 +59,18 @@ TEST(Config, AGuardThatContradictsItselfIsNamed) {
 
 TEST(Config, ASettingStretchesTheLimitsOfError) {
   EstimatorConfig c;
-  c.epsilon = 0.01;
-  c.radiance_epsilon = 0.05;
+  c.panorama.epsilon = 0.01;
+  c.panorama.radiance_epsilon = 0.05;
   c.setting = Setting::balanced;
-  EXPECT_EQ(at_setting(c).epsilon, 0.01);
-  EXPECT_EQ(at_setting(c).radiance_epsilon, 0.05);
+  EXPECT_EQ(at_setting(c).panorama.epsilon, 0.01);
+  EXPECT_EQ(at_setting(c).panorama.radiance_epsilon, 0.05);
   c.setting = Setting::fast;
-  EXPECT_EQ(at_setting(c).epsilon, 0.02);
-  EXPECT_EQ(at_setting(c).radiance_epsilon, 0.1);
+  EXPECT_EQ(at_setting(c).panorama.epsilon, 0.02);
+  EXPECT_EQ(at_setting(c).panorama.radiance_epsilon, 0.1);
   EXPECT_EQ(at_setting(c).setting, Setting::fast);
   c.setting = Setting::exact;
-  EXPECT_EQ(at_setting(c).epsilon, 0);
-  EXPECT_EQ(at_setting(c).radiance_epsilon, 0);
+  EXPECT_EQ(at_setting(c).panorama.epsilon, 0);
+  EXPECT_EQ(at_setting(c).panorama.radiance_epsilon, 0);
 }
 
 TEST(Config, NeedsNoCameraWhereOneIsGivenBesideIt) {

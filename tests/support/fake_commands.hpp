@@ -44,8 +44,9 @@ class FakeCommands : public Commands {
     const std::lock_guard lock(mutex_);
     return config_;
   }
+  EstimatorKind estimator_kind() const override { return kind_; }
   Status set_estimator(const EstimatorConfig& config) override {
-    if (Status s = config.validate(); !s.ok()) return s;
+    if (Status s = config.validate(kind_); !s.ok()) return s;
     const std::lock_guard lock(mutex_);
     config_ = config;
     return {};
@@ -57,6 +58,7 @@ class FakeCommands : public Commands {
     return 2 * lux;
   }
 
+  EstimatorKind kind_ = EstimatorKind::panorama;
   std::optional<double> lux_;
   Vec3d normal_;
 

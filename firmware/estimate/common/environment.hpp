@@ -15,8 +15,8 @@ namespace lightwell::estimate {
 /// Makes maps at a rate of its own. All memory is taken at construction. One thread at a time.
 ///
 ///   // Where the rig is known (some tenths of a second, so not per frame):
-///   EnvironmentMapper mapper(cell_directions, cell_solid_angles, config.environment_edge,
-///                            {.rate_hz = config.environment_rate});
+///   EnvironmentMapper mapper(cell_directions, cell_solid_angles, config.panorama.environment_edge,
+///                            {.rate_hz = config.panorama.environment_rate});
 ///   // In every frame, also where none is due: what `out` held goes back to the mapper (do not reset it before).
 ///   if (mapper.due(out.time.mid_exposure)) {
 ///     sums_without_lights = sums;   // then take the lights' pixels out of their cells

@@ -57,9 +57,10 @@ class Marker final : public MarkerEstimator {
 
   Status estimate(std::span<const Frame> bracket, Descriptor& out) override;
 
+  EstimatorKind kind() const override { return EstimatorKind::marker; }
   Status configure(const EstimatorConfig& config) override {
-    if (Status s = config.validate(); !s.ok()) return s;
-    options_.config = at_setting(config);
+    if (Status s = config.validate(kind()); !s.ok()) return s;
+    options_.config = config;
     return {};
   }
   void set_scale(RadianceScale scale) override {
@@ -270,7 +271,7 @@ void Marker::judge(Descriptor& out) const {
 Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParameters& rig, const MarkerBody& body,
                                                                std::unique_ptr<BodyFinder> finder,
                                                                const MarkerOptions& options) {
-  if (Status s = options.config.validate(); !s.ok()) return s;
+  if (Status s = options.config.validate(EstimatorKind::marker); !s.ok()) return s;
   if (Status s = body.validate(); !s.ok()) return s;
   if (finder == nullptr) return Status(StatusCode::invalid_argument, "a marker needs a finder of its body");
   bool any = body.ball.has_value();

@@ -396,9 +396,10 @@ std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_l
   if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return std::nullopt;
 
   mean_ = mean_luminance;
-  floor_ = static_cast<float>(config.light_threshold) * mean_luminance;
-  const double least_share =
-      config.radiance_epsilon > 0 ? kFaintest : std::max(kFaintest, kFaintestOfEpsilon * config.epsilon);
+  floor_ = static_cast<float>(config.panorama.light_threshold) * mean_luminance;
+  const double least_share = config.panorama.radiance_epsilon > 0
+                                 ? kFaintest
+                                 : std::max(kFaintest, kFaintestOfEpsilon * config.panorama.epsilon);
   faintest_ = least_share * mean_luminance * grid_.covered_sr();
   // Written in any case, kept where it counts: which blocks these are no processor foresees.
   candidates_.resize(sums_.peak.size() + 1);

@@ -88,10 +88,11 @@ class PanoramaEstimator final : public Estimator {
 
   Status estimate(std::span<const Frame> bracket, Descriptor& out) override;
 
+  EstimatorKind kind() const override { return EstimatorKind::panorama; }
   Status configure(const EstimatorConfig& config) override {
-    if (Status s = config.validate(); !s.ok()) return s;
-    const bool other_maps =
-        config.environment_edge != config_.environment_edge || config.environment_rate != config_.environment_rate;
+    if (Status s = config.validate(kind()); !s.ok()) return s;
+    const bool other_maps = config.panorama.environment_edge != config_.panorama.environment_edge ||
+                            config.panorama.environment_rate != config_.panorama.environment_rate;
     config_ = at_setting(config);
     if (other_maps) plan_maps();
     return {};
@@ -177,7 +178,7 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   // Independent noise of pixels reaches the irradiance through the mean square of a clipped cosine, 1/6.
   const double noise_rms = std::sqrt(stage_->sums().noise / 6) * scale_.factor;
   IrradianceRms smoothed;
-  if (config_.smoothing == Smoothing::one_euro)
+  if (config_.panorama.smoothing == Smoothing::one_euro)
     smoothed = smoother_.apply(seen_.projection, seen_.lights, out.time.mid_exposure, noise_rms);
 
   find_errors(out);
@@ -204,9 +205,9 @@ int PanoramaEstimator::lights_worth_finding() {
 void PanoramaEstimator::plan_maps() {
   mapper_.reset();
   mapper_is_new_ = true;
-  if (config_.environment_edge == 0) return;
-  mapper_.emplace(stage_->cell_directions(), stage_->cell_solid_angles(), config_.environment_edge,
-                  EnvironmentUpdateOptions{.rate_hz = config_.environment_rate});
+  if (config_.panorama.environment_edge == 0) return;
+  mapper_.emplace(stage_->cell_directions(), stage_->cell_solid_angles(), config_.panorama.environment_edge,
+                  EnvironmentUpdateOptions{.rate_hz = config_.panorama.environment_rate});
 }
 
 void PanoramaEstimator::make_map(Descriptor& out) {
@@ -276,7 +277,7 @@ PanoramaEstimator::RelativeErrors PanoramaEstimator::relative_errors(double fact
 }
 
 ChoiceLimits PanoramaEstimator::limits(const RelativeErrors& errors) const {
-  return {config_.band, config_.max_lights, config_.epsilon, config_.radiance_epsilon,
+  return {config_.band, config_.max_lights, config_.panorama.epsilon, config_.panorama.radiance_epsilon,
           std::hypot(errors.spread, kExpectedSampling * errors.sampling)};
 }
 
@@ -335,7 +336,7 @@ void PanoramaEstimator::judge(const IrradianceRms& smoothed, Descriptor& out) co
 }  // namespace
 
 Result<std::unique_ptr<Estimator>> make_panorama_estimator(const RigParameters& rig, const PanoramaOptions& options) {
-  if (Status s = options.config.validate(); !s.ok()) return s;
+  if (Status s = options.config.validate(EstimatorKind::panorama); !s.ok()) return s;
   const int edge = options.block_edge;
   if (edge < 0 || edge > kWidestBlock || (edge & (edge - 1)) != 0)
     return Status(StatusCode::invalid_argument,

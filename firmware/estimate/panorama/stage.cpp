@@ -70,7 +70,7 @@ void Stage::look(RowReader& reader, std::span<const Frame> bracket, const Estima
   }
   out.doubt = finder_.doubt();
   move_uneven(luminance, out);
-  out.filled = unseen_.fill(config.unseen, present, bracket.front().info.mid_exposure, sums_.sum);
+  out.filled = unseen_.fill(config.panorama.unseen, present, bracket.front().info.mid_exposure, sums_.sum);
   grid_.project(sums_.sum, moved_, out.projection);
   if (!out.filled || unseen_.cells().size() == 0) return;
   unseen_.cells().project(unseen_.sums(), {}, unseen_projection_);

@@ -44,7 +44,7 @@ std::vector<Case> all_cases() {
   for (const int edge : {2, 4, 8, 16}) {
     Case& c = add("block " + std::to_string(edge) + ", eps 0", Knob::block);
     c.block_edge = edge;
-    c.config.epsilon = 0;
+    c.config.panorama.epsilon = 0;
   }
   for (const int band : {0, 1, 2, 4}) add("band " + std::to_string(band), Knob::band).config.band = band;
   for (const int lights : {0, 1, 4, 64})
@@ -52,9 +52,10 @@ std::vector<Case> all_cases() {
   for (const double percent : {0.2, 0.5, 2.0, 5.0}) {
     std::string text = std::to_string(percent);
     text.resize(3);
-    add("eps " + text + " %", Knob::epsilon).config.epsilon = percent / 100;
+    add("eps " + text + " %", Knob::epsilon).config.panorama.epsilon = percent / 100;
   }
-  for (const int edge : {8, 16, 32, 64}) add("map " + std::to_string(edge), Knob::map).config.environment_edge = edge;
+  for (const int edge : {8, 16, 32, 64})
+    add("map " + std::to_string(edge), Knob::map).config.panorama.environment_edge = edge;
   for (const int exposures : {1, 3}) {
     for (const Setting setting : kSettings) {
       Case& c = add("8 bit x" + std::to_string(exposures) + " " + std::string(to_string(setting)), Knob::sensor);

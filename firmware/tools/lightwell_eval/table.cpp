@@ -43,7 +43,7 @@ std::string config_of(const Case& c) {
       "\"setting\": \"%s\", \"block_edge\": %d, \"band\": %d, \"max_lights\": %d, \"epsilon\": %g, "
       "\"environment_edge\": %d, \"exposures\": %d, \"named\": %s",
       std::string(to_string(c.config.setting)).c_str(), c.block_edge, c.config.band, c.config.max_lights,
-      c.config.epsilon, c.config.environment_edge, c.exposures, c.named ? "true" : "false");
+      c.config.panorama.epsilon, c.config.panorama.environment_edge, c.exposures, c.named ? "true" : "false");
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ std::string table_of(std::span<const Row> rows, const Run& run) {
     if (row.setup.named && !row.on_front) off += (off.empty() ? "" : ", ") + row.setup.label;
   out += off.empty() ? "All named settings are on the measured front.\n" : "NOT on the measured front: " + off + ".\n";
   for (const Row& row : rows) {
-    if (row.setup.config.environment_edge == 0) continue;
+    if (row.setup.config.panorama.environment_edge == 0) continue;
     if (std::none_of(row.scenes.begin(), row.scenes.end(), [](const Outcome& o) { return o.map; }))
       out += "No environment map came with '" + row.setup.label + "': this row is the same as without.\n";
   }

@@ -201,13 +201,14 @@ typedef struct lw_link_stats {
   uint64_t untimely;         /* By MQTT: descriptors not newer than what had come, or dated in the future. Refused. */
 } lw_link_stats;
 
-/* Meanings and defaults: proto/lightwell/v1/config.proto. */
+/* Meanings and defaults: proto/lightwell/v1/config.proto. Fields of an estimator that the probe does not run must have
+ * their defaults: others are LW_INVALID_ARGUMENT. */
 typedef struct lw_estimator_config {
   uint32_t size;
   int32_t band;             /* 0 to 6. */
   int32_t max_lights;       /* 0 to 64. */
   int32_t setting;          /* 1 fast, 2 balanced, 3 exact. */
-  int32_t unseen;           /* 1 none, 2 mirror, 3 average. */
+  int32_t unseen;           /* From here on of the panorama estimator alone. 1 none, 2 mirror, 3 average. */
   int32_t smoothing;        /* 1 none, 2 the 1 euro filter. */
   int32_t environment_edge; /* 0, 8, 16, 32 or 64. */
   int32_t reserved;         /* 0. */
@@ -215,6 +216,10 @@ typedef struct lw_estimator_config {
   double epsilon;
   double radiance_epsilon;
   double environment_rate;
+  double marker_decimation; /* From here on of the marker estimator alone. 0, or 1 to 8. */
+  double marker_search_decimation;
+  int32_t marker_max_faces;
+  int32_t reserved_2; /* 0. */
 } lw_estimator_config;
 
 /* Texts of a probe, for lw_probe_text. */

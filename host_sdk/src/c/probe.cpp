@@ -60,13 +60,16 @@ lw_estimator_config as_c(const EstimatorConfig& config) {
   out.band = config.band;
   out.max_lights = config.max_lights;
   out.setting = static_cast<std::int32_t>(config.setting);
-  out.unseen = static_cast<std::int32_t>(config.unseen);
-  out.smoothing = static_cast<std::int32_t>(config.smoothing);
-  out.environment_edge = config.environment_edge;
-  out.light_threshold = config.light_threshold;
-  out.epsilon = config.epsilon;
-  out.radiance_epsilon = config.radiance_epsilon;
-  out.environment_rate = config.environment_rate;
+  out.unseen = static_cast<std::int32_t>(config.panorama.unseen);
+  out.smoothing = static_cast<std::int32_t>(config.panorama.smoothing);
+  out.environment_edge = config.panorama.environment_edge;
+  out.light_threshold = config.panorama.light_threshold;
+  out.epsilon = config.panorama.epsilon;
+  out.radiance_epsilon = config.panorama.radiance_epsilon;
+  out.environment_rate = config.panorama.environment_rate;
+  out.marker_decimation = config.marker.decimation;
+  out.marker_search_decimation = config.marker.search_decimation;
+  out.marker_max_faces = config.marker.max_faces;
   return out;
 }
 
@@ -83,18 +86,21 @@ Result<EstimatorConfig> config_of(const lw_estimator_config* given) {
   if (Status status = in_range(c.setting, 3, "setting"); !status.ok()) return status;
   if (Status status = in_range(c.unseen, 3, "unseen"); !status.ok()) return status;
   if (Status status = in_range(c.smoothing, 2, "smoothing"); !status.ok()) return status;
-  if (c.reserved != 0) return invalid("lw_estimator_config.reserved is not 0");
+  if (c.reserved != 0 || c.reserved_2 != 0) return invalid("lw_estimator_config.reserved is not 0");
   EstimatorConfig out;
   out.band = c.band;
   out.max_lights = c.max_lights;
   out.setting = static_cast<Setting>(c.setting);
-  out.unseen = static_cast<UnseenFill>(c.unseen);
-  out.smoothing = static_cast<Smoothing>(c.smoothing);
-  out.environment_edge = c.environment_edge;
-  out.light_threshold = c.light_threshold;
-  out.epsilon = c.epsilon;
-  out.radiance_epsilon = c.radiance_epsilon;
-  out.environment_rate = c.environment_rate;
+  out.panorama.unseen = static_cast<UnseenFill>(c.unseen);
+  out.panorama.smoothing = static_cast<Smoothing>(c.smoothing);
+  out.panorama.environment_edge = c.environment_edge;
+  out.panorama.light_threshold = c.light_threshold;
+  out.panorama.epsilon = c.epsilon;
+  out.panorama.radiance_epsilon = c.radiance_epsilon;
+  out.panorama.environment_rate = c.environment_rate;
+  out.marker.decimation = c.marker_decimation;
+  out.marker.search_decimation = c.marker_search_decimation;
+  out.marker.max_faces = c.marker_max_faces;
   return out;
 }
 

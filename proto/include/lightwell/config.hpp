@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,25 +32,57 @@ enum class UnseenFill : std::uint8_t {
 
 enum class Smoothing : std::uint8_t { none = 1, one_euro = 2 };
 
-/// Meanings and defaults: config.proto.
-struct EstimatorConfig {
-  int band = 6;
-  int max_lights = 16;
+/// What light is read from. Each kind has a message of options of its own in EstimatorConfig, of the same name.
+enum class EstimatorKind : std::uint8_t { panorama = 1, marker = 2 };
+[[nodiscard]] std::string_view to_string(EstimatorKind kind);
+
+/// Of the panorama estimator alone. Meanings and defaults: config.proto.
+struct PanoramaEstimatorConfig {
   double light_threshold = 6;
   double epsilon = 0.01;
   double radiance_epsilon = 0;
-  Setting setting = Setting::balanced;
   UnseenFill unseen = UnseenFill::none;
   Smoothing smoothing = Smoothing::one_euro;
   int environment_edge = 0;
   double environment_rate = 5;
 
-  /// invalid_argument names the field.
   [[nodiscard]] Status validate() const;
+  friend bool operator==(const PanoramaEstimatorConfig&, const PanoramaEstimatorConfig&) = default;
 };
 
-/// `config` with the limits of error that its setting makes of them: twice as wide at fast, none left at exact, so that
-/// all that was found is sent.
+/// Of the marker estimator alone. Meanings and defaults: config.proto.
+struct MarkerEstimatorConfig {
+  double decimation = 0;
+  double search_decimation = 1.5;
+  int max_faces = 0;
+
+  [[nodiscard]] Status validate() const;
+  friend bool operator==(const MarkerEstimatorConfig&, const MarkerEstimatorConfig&) = default;
+};
+
+/// Meanings and defaults: config.proto.
+struct EstimatorConfig {
+  int band = 6;
+  int max_lights = 16;
+  Setting setting = Setting::balanced;
+  PanoramaEstimatorConfig panorama{};
+  MarkerEstimatorConfig marker{};
+
+  /// Of the values alone. invalid_argument names the field.
+  [[nodiscard]] Status validate() const;
+  /// And that the estimator of this kind has all that is set to other than its default. invalid_argument names the
+  /// first field that it lacks, and which estimator has it.
+  [[nodiscard]] Status validate(EstimatorKind kind) const;
+  friend bool operator==(const EstimatorConfig&, const EstimatorConfig&) = default;
+};
+
+/// The options that an estimator of this kind has, in the order of config.proto: "band", "panorama.epsilon", ...
+[[nodiscard]] std::vector<std::string> option_names(EstimatorKind kind);
+/// Those of Setting that differ in what it does.
+[[nodiscard]] std::span<const Setting> settings_of(EstimatorKind kind);
+
+/// `config` with the limits of error that its setting makes of the panorama's: twice as wide at fast, none left at
+/// exact, so that all that was found is sent.
 [[nodiscard]] EstimatorConfig at_setting(EstimatorConfig config);
 
 /// A matte grey surface in view. It must lie in the light that the probe measures.
@@ -114,21 +147,31 @@ struct Config {
   std::optional<UsbGadgetConfig> usb_gadget;
   std::optional<MqttConfig> mqtt;
   Mdns mdns = Mdns::off;
+  std::vector<std::string> warnings;  ///< Of the file: deprecated fields, by name.
 
   [[nodiscard]] Status validate() const;
 };
 
-/// An EstimatorConfig message in protobuf binary form, with every field set.
+/// An EstimatorConfig message in protobuf binary form, with every field set that is not deprecated.
 [[nodiscard]] std::string encode_config(const EstimatorConfig& config);
-/// `config` with what an EstimatorConfig message in binary form sets. data_loss where it is no message; the values are
-/// not checked.
-[[nodiscard]] Result<EstimatorConfig> updated_config(const EstimatorConfig& config, std::string_view message);
+
+struct UpdatedConfig {
+  EstimatorConfig config;
+  std::vector<std::string> warnings;  ///< One for each deprecated field: its name, and what to write.
+};
+/// `config` with what an EstimatorConfig message in binary form sets, for an estimator of this kind. data_loss where it
+/// is no message; the values are not checked.
+[[nodiscard]] Result<UpdatedConfig> updated_config(const EstimatorConfig& config, std::string_view message,
+                                                   EstimatorKind kind);
 
 /// Reads a Config in protobuf text format. Errors name file, line and, for an unknown field, the nearest known one.
-/// `camera_uri`, where not empty, stands in the place of the file's, which then needs none.
-[[nodiscard]] Result<Config> load_config(const std::string& path, const std::string& camera_uri = {});
+/// `camera_uri`, where not empty, stands in the place of the file's, which then needs none; `estimator` is the kind
+/// that runs, where it is not the file that says so.
+[[nodiscard]] Result<Config> load_config(const std::string& path, const std::string& camera_uri = {},
+                                         std::optional<EstimatorKind> estimator = {});
 /// The same from memory; `name` stands for the file in messages.
 [[nodiscard]] Result<Config> parse_config(std::string_view text, const std::string& name,
-                                          const std::string& camera_uri = {});
+                                          const std::string& camera_uri = {},
+                                          std::optional<EstimatorKind> estimator = {});
 
 }  // namespace lightwell

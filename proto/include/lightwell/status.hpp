@@ -52,6 +52,8 @@ class Commands {
 
   [[nodiscard]] virtual StatusSnapshot status() const = 0;
   [[nodiscard]] virtual EstimatorConfig estimator() const = 0;
+  /// Which runs, and so which options can be set.
+  [[nodiscard]] virtual EstimatorKind estimator_kind() const = 0;
   /// Takes effect with the next capture. invalid_argument changes nothing.
   [[nodiscard]] virtual Status set_estimator(const EstimatorConfig& config) = 0;
   /// Scales radiance so that the irradiance at `normal` (unit, probe frame) is `lux`; returns the factor.

@@ -106,7 +106,7 @@ class AllocationTest : public ::testing::TestWithParam<Sensing> {
   [[nodiscard]] std::unique_ptr<Estimator> estimator() const {
     PanoramaOptions options;
     // All lights that there are, whether the scene needs them or not: their number is what is to change.
-    options.config.epsilon = 0;
+    options.config.panorama.epsilon = 0;
     options.config.max_lights = kMostLamps;
     Result<std::unique_ptr<Estimator>> made = make_panorama_estimator(pictures_.rig(), options);
     EXPECT_TRUE(made.ok()) << made.status().message();

@@ -65,6 +65,7 @@ class FakeEstimator final : public Estimator {
     out.flags = script_.flags;
     return {};
   }
+  EstimatorKind kind() const override { return EstimatorKind::panorama; }
   Status configure(const EstimatorConfig& config) override {
     const std::lock_guard lock(script_.mutex);
     script_.configured = config;

@@ -38,6 +38,7 @@ class SlowEstimator final : public Estimator {
     out.setting = setting_;
     return {};
   }
+  EstimatorKind kind() const override { return EstimatorKind::panorama; }
   Status configure(const EstimatorConfig& config) override {
     setting_ = config.setting;
     pace_.band = config.band;

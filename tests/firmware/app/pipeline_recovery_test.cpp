@@ -36,6 +36,7 @@ class SunnyEstimator final : public Estimator {
     if (sky_.clipped) clipped_.push_back({3, out.lights[0].irradiance});
     return {};
   }
+  EstimatorKind kind() const override { return EstimatorKind::panorama; }
   Status configure(const EstimatorConfig&) override { return {}; }
   void set_scale(RadianceScale scale) override { scale_ = scale; }
   RadianceScale scale() const override { return scale_; }

@@ -21,7 +21,7 @@ class Motion : public testing::TestWithParam<PixelFormat> {
  protected:
   Motion() : rig_(rig_of("pair", 320, 240, GetParam())), table_(*make_rig_table(rig_)) {
     EstimatorConfig config;
-    config.smoothing = Smoothing::none;
+    config.panorama.smoothing = Smoothing::none;
     estimator_ = estimator_of(rig_, config);
   }
 

@@ -37,7 +37,7 @@ class ClippedRecovery : public testing::Test {
   RigTable table_ = *make_rig_table(rig_);
   std::unique_ptr<Estimator> estimator_ = estimator_of(rig_, [] {
     EstimatorConfig c;
-    c.smoothing = Smoothing::none;
+    c.panorama.smoothing = Smoothing::none;
     return c;
   }());
   std::uint64_t frame_ = 0;

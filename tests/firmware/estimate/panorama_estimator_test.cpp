@@ -180,7 +180,7 @@ TEST(PanoramaEstimator, ASettingIsAWayToReadTheLimitsOfError) {
   const auto answer = [&](Setting setting, double epsilon) {
     EstimatorConfig config;
     config.setting = setting;
-    config.epsilon = epsilon;
+    config.panorama.epsilon = epsilon;
     return estimated(*estimator_of(rig, config), p);
   };
   const Descriptor fast = answer(Setting::fast, 0.01), twice = answer(Setting::balanced, 0.02);

@@ -59,7 +59,7 @@ inline Picture picture_of(const RigParameters& rig, const RadianceOf& scene) {
 /// Bands and lights whether a scene needs them or not: for tests of what can be seen, not of what is worth sending.
 inline EstimatorConfig everything(int band = 4, int max_lights = 8) {
   EstimatorConfig config;
-  config.epsilon = 0;
+  config.panorama.epsilon = 0;
   config.band = band;
   config.max_lights = max_lights;
   return config;

@@ -11,8 +11,8 @@ using namespace testing_scenes;
 
 EstimatorConfig filled_by(UnseenFill fill) {
   EstimatorConfig config = everything();
-  config.unseen = fill;
-  config.smoothing = Smoothing::none;
+  config.panorama.unseen = fill;
+  config.panorama.smoothing = Smoothing::none;
   return config;
 }
 

@@ -136,7 +136,7 @@ TEST_F(GrpcServiceTest, SetConfigChangesWhatIsSetAndLeavesTheRest) {
   ASSERT_TRUE(set(request).ok()) << "zero is a value, not an absence";
   EXPECT_EQ(commands_.estimator().band, 2);
   EXPECT_EQ(commands_.estimator().max_lights, 0);
-  EXPECT_EQ(commands_.estimator().light_threshold, EstimatorConfig{}.light_threshold);
+  EXPECT_EQ(commands_.estimator().panorama.light_threshold, EstimatorConfig{}.panorama.light_threshold);
 }
 
 TEST_F(GrpcServiceTest, SetConfigRefusesOtherFieldsByName) {
@@ -170,7 +170,7 @@ TEST_F(GrpcServiceTest, SetConfigRefusesWhatIsImpossible) {
   refused([](v1::EstimatorConfig& e) { e.set_band(7); }, "band");
   refused([](v1::EstimatorConfig& e) { e.set_band(0xFFFFFFFF); }, "band");
   refused([](v1::EstimatorConfig& e) { e.set_max_lights(65); }, "max_lights");
-  refused([](v1::EstimatorConfig& e) { e.set_light_threshold(std::nan("")); }, "light_threshold");
+  refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_light_threshold(std::nan("")); }, "light_threshold");
 }
 
 TEST_F(GrpcServiceTest, ReportLuxHandsOnAUnitNormal) {

@@ -180,7 +180,7 @@ class Probe:
         config = take("lw_estimator_config")
         check(lib.lw_estimator_config_defaults(config))
         for name, value in fields.items():
-            if name in ("size", "reserved") or not hasattr(config, name):
+            if name in ("size", "reserved", "reserved_2") or not hasattr(config, name):
                 raise TypeError(f"EstimatorConfig has no field {name!r}")
             setattr(config, name, value)
         with self._used() as raw:

@@ -27,7 +27,7 @@ Irradiance at(const Descriptor& d, const reference::V3& n) {
 EstimatorConfig choice(Setting setting, double epsilon) {
   EstimatorConfig config;
   config.setting = setting;
-  config.epsilon = epsilon;
+  config.panorama.epsilon = epsilon;
   return config;
 }
 
@@ -39,7 +39,7 @@ std::vector<EstimatorConfig> every_choice() {
 }
 
 std::string name_of(const EstimatorConfig& config) {
-  return std::string(to_string(config.setting)) + (config.epsilon > 0 ? "" : ", epsilon 0");
+  return std::string(to_string(config.setting)) + (config.panorama.epsilon > 0 ? "" : ", epsilon 0");
 }
 
 std::unique_ptr<Estimator> estimator_of(const RigParameters& rig, const EstimatorConfig& config) {

@@ -76,7 +76,7 @@ SightRow coverage() {
     const Pictures even = studio.see(constant({1, 1, 1})), black = studio.see(constant({0, 0, 0}));
     for (EstimatorConfig config : every_choice())
       for (const UnseenFill fill : {UnseenFill::none, UnseenFill::mirror, UnseenFill::average}) {
-        config.unseen = fill;
+        config.panorama.unseen = fill;
         const auto estimator = estimator_of(studio.rig(), config);
         for (const Pictures* p : {&even, &black, &even}) {
           Descriptor d;
@@ -95,7 +95,7 @@ SightRow coverage() {
   std::get<KannalaBrandtParameters>(blind.lenses[0].model).cx = 1e4;
   for (EstimatorConfig config : every_choice())
     for (const UnseenFill fill : {UnseenFill::none, UnseenFill::mirror, UnseenFill::average}) {
-      config.unseen = fill;
+      config.panorama.unseen = fill;
       PanoramaOptions options;
       options.config = config;
       const auto made = make_panorama_estimator(blind, options);
@@ -122,7 +122,7 @@ SightRow camera_gone() {
   const Shot both = pair.as_floats(pair.see(constant({1, 1, 1})));
   for (EstimatorConfig config : every_choice())
     for (const UnseenFill fill : {UnseenFill::none, UnseenFill::mirror, UnseenFill::average}) {
-      config.unseen = fill;
+      config.panorama.unseen = fill;
       const auto estimator = estimator_of(pair.rig(), config);
       for (const std::size_t left : {1U, 0U}) {
         Frame frame;
