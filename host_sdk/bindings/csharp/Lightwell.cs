@@ -280,7 +280,8 @@ namespace Lightwell
         public int EnvironmentEdge;
         private int reserved;
         public double LightThreshold, Epsilon, RadianceEpsilon, EnvironmentRate;
-        /// <summary>Of the marker estimator; those from Unseen to EnvironmentRate are of the panorama estimator.</summary>
+        /// <summary>Of the marker estimator; those from Unseen to EnvironmentRate are of the panorama
+        /// estimator.</summary>
         public double MarkerDecimation, MarkerSearchDecimation;
         public int MarkerMaxFaces;
         private int reserved2;
