@@ -48,7 +48,14 @@ bool BracketSlot::take(Bracket& out) {
   ready_.wait(lock, [this] { return closed_ || !whole_.empty(); });
   if (closed_) return false;
   out = std::move(whole_);
+  lock.unlock();
+  room_.notify_one();
   return true;
+}
+
+bool BracketSlot::wait_for_room(std::stop_token stop) {
+  std::unique_lock lock(mutex_);
+  return room_.wait(lock, std::move(stop), [this] { return !closed_ && whole_.empty(); });
 }
 
 void BracketSlot::close() {

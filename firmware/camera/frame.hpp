@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <stop_token>
 #include <utility>
 
 #include <lightwell/pixel.hpp>
@@ -93,6 +94,9 @@ class FrameSink {
   virtual ~FrameSink() = default;
   /// Called from the backend's one thread, in order of sequence. Returns at once: it must not wait for the estimate.
   virtual void push(Frame frame) = 0;
+  /// For cameras without a rate of their own, before each push and from the same thread: waits while a frame pushed now
+  /// would replace one that nobody has taken yet. False once `stop` is requested.
+  [[nodiscard]] virtual bool wait_for_room(std::stop_token stop) { return !stop.stop_requested(); }
 };
 
 }  // namespace lightwell

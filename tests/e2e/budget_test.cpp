@@ -1,4 +1,5 @@
-// The real daemon under a budget of time: one that nothing can keep, and one that everything keeps.
+// The real daemon under a budget of time: one that nothing can keep, and one that everything keeps; and at the rate at
+// which it estimates.
 #include <gtest/gtest.h>
 
 #include "e2e/daemon.hpp"
@@ -45,6 +46,19 @@ TEST_F(BudgetTest, ThatIsKeptMovesNothing) {
   EXPECT_EQ(observer.descriptors().back().setting, Setting::balanced);
   EXPECT_EQ(observer.counters().setting_moves, 0U);
   EXPECT_EQ(observer.counters().estimates_late, 0U);
+}
+
+TEST_F(BudgetTest, WithoutAFrameRateItTakesNoMorePicturesThanItEstimates) {
+  Daemon daemon({.camera = "sim:" + folder_.path("room.exr"), .frame_rate = 0});
+  const Observer observer(daemon.uri());
+  ASSERT_TRUE(comes_true("there are estimates", [&] { return observer.counters().estimates > 1000; }))
+      << daemon.process().err();
+  const Counters counters = observer.counters();
+  // One is worked on, one waits, and one may be pushed meanwhile; estimates are counted after frames.
+  EXPECT_LE(counters.frames, counters.estimates + 3);
+  EXPECT_EQ(counters.captures_dropped, 0U);
+  EXPECT_EQ(counters.frames_lost, 0U);
+  EXPECT_EQ(counters.estimates_failed, 0U);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Between camera and estimator: the newest whole bracket wins, and what is lost is counted.
 #include "app/bracket_slot.hpp"
 
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -52,6 +53,35 @@ TEST_F(BracketSlotTest, TheNewestWinsAndTheOthersAreCountedAndGivenBack) {
   EXPECT_THAT(take(), ElementsAre(3));
   EXPECT_EQ(slot_.counts().frames, 3U);
   EXPECT_EQ(slot_.counts().dropped, 2U);
+}
+
+TEST_F(BracketSlotTest, WhoWaitsForRoomReplacesNothing) {
+  constexpr std::uint64_t kBrackets = 2000;
+  std::stop_source stop;
+  std::thread camera([&, token = stop.get_token()] {
+    for (std::uint64_t sequence = 0; sequence < 2 * kBrackets && slot_.wait_for_room(token); ++sequence)
+      push(sequence, static_cast<int>(sequence % 2), 2);
+  });
+  for (std::uint64_t k = 0; k < kBrackets; ++k) {
+    const std::vector<std::uint64_t> taken = take();
+    if (taken != std::vector<std::uint64_t>{2 * k, 2 * k + 1}) {
+      ADD_FAILURE() << "bracket " << k << " begins with frame " << taken.front();
+      break;
+    }
+  }
+  stop.request_stop();
+  camera.join();
+  EXPECT_EQ(slot_.counts().dropped, 0U);
+}
+
+TEST_F(BracketSlotTest, WhoWaitsForRoomIsWokenToStop) {
+  push(1);
+  std::stop_source stop;
+  bool room = true;
+  std::thread camera([&, token = stop.get_token()] { room = slot_.wait_for_room(token); });
+  stop.request_stop();
+  camera.join();
+  EXPECT_FALSE(room);
 }
 
 TEST_F(BracketSlotTest, FramesThatTheCameraLostAreCounted) {

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <unistd.h>
 #include <vector>
@@ -252,6 +253,50 @@ TEST_F(SimBackendTest, WithoutARateItWaitsOnlyForMemory) {
   camera->stop();
   const std::vector<Frame> frames = sink.take();
   EXPECT_EQ(frames.back().info.sequence + 1, static_cast<std::uint64_t>(sink.pushed())) << "no ticks, no gaps";
+}
+
+/// Has room for so many frames, and counts those that come all the same.
+class Reluctant final : public FrameSink {
+ public:
+  explicit Reluctant(int room) : room_(room) {}
+  void push(Frame /*frame*/) override {
+    const std::lock_guard lock(mutex_);
+    (--room_ >= 0 ? pushed : unasked) += 1;
+    full_.notify_all();
+  }
+  [[nodiscard]] bool wait_for_room(std::stop_token stop) override {
+    std::unique_lock lock(mutex_);
+    return full_.wait(lock, stop, [this] {
+      waiting_ |= room_ <= 0;
+      full_.notify_all();
+      return room_ > 0;
+    });
+  }
+  /// Until the camera waits for room; false after five seconds.
+  [[nodiscard]] bool camera_waits() {
+    std::unique_lock lock(mutex_);
+    return full_.wait_for(lock, std::chrono::seconds(5), [this] { return waiting_; });
+  }
+
+  int pushed = 0, unasked = 0;  ///< Once the camera has stopped.
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable_any full_;
+  int room_;
+  bool waiting_ = false;
+};
+
+TEST_F(SimBackendTest, WithoutARateItPushesWhatTheSinkHasRoomFor) {
+  config.frame_rate = 0;
+  const auto camera = made("");
+  ASSERT_TRUE(camera->open().ok());
+  Reluctant sink(5);
+  ASSERT_TRUE(camera->start(sink).ok());
+  EXPECT_TRUE(sink.camera_waits());
+  camera->stop();
+  EXPECT_EQ(sink.pushed, 5);
+  EXPECT_EQ(sink.unasked, 0);
 }
 
 TEST_F(SimBackendTest, AJudgeRecomputesEveryFrame) {

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <charconv>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 
@@ -57,13 +58,15 @@ class ReplayBackend final : public CameraBackend {
     source_->rewind();
     state_ = State::streaming;
     reader_ = std::thread([this] { read(); });
-    player_ = std::thread([this, &sink] { play(sink); });
+    stop_ = std::stop_source();
+    player_ = std::thread([this, &sink, stop = stop_.get_token()] { play(sink, stop); });
     return {};
   }
 
   void stop() override {
     if (!player_.joinable()) return;
     slots_->stop();
+    stop_.request_stop();
     reader_.join();
     player_.join();
     state_ = State::idle;
@@ -94,13 +97,13 @@ class ReplayBackend final : public CameraBackend {
     }
   }
 
-  void play(FrameSink& sink) {
+  void play(FrameSink& sink, const std::stop_token& stop) {
     timeline_->start(now());
     while (true) {
       const FrameSlots::Ready ready = slots_->wait_ready();
       if (ready.slot == FrameSlots::kNone) break;
       FrameInfo info = timeline_->place(slots_->frame(ready.slot).info);
-      const bool shown = options_.pace == Pace::fast ? await_loan(info) : await_moment(ready.came, info);
+      const bool shown = options_.pace == Pace::fast ? await_loan(info, sink, stop) : await_moment(ready.came, info);
       if (!shown) {
         slots_->drop(ready.slot);
         continue;
@@ -113,9 +116,9 @@ class ReplayBackend final : public CameraBackend {
     if (!slots_->stopped()) state_ = State::finished;
   }
 
-  /// Fast: whenever a frame may be lent. False when stopped.
-  [[nodiscard]] bool await_loan(FrameInfo& info) {
-    if (!slots_->wait_may_lend()) return false;
+  /// Fast: whenever a frame may be lent and the sink has room for it. False when stopped.
+  [[nodiscard]] bool await_loan(FrameInfo& info, FrameSink& sink, const std::stop_token& stop) {
+    if (!sink.wait_for_room(stop) || !slots_->wait_may_lend()) return false;
     info.mid_exposure = timeline_->move_to(now() - Timeline::until_read_out(info, source_->info().height));
     return true;
   }
@@ -140,6 +143,7 @@ class ReplayBackend final : public CameraBackend {
   std::optional<FrameSlots> slots_;
   std::optional<Timeline> timeline_;
   std::thread reader_, player_;
+  std::stop_source stop_;  ///< Of the player, while it waits in the sink.
   std::atomic<State> state_{State::idle};
 };
 

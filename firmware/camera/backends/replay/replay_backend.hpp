@@ -23,9 +23,8 @@ namespace lightwell {
 ///     so that the first exposure's middle is the moment of start(): frames look live. Where no
 ///     frame may be lent, or the sink held the thread up for longer than a frame lasts, frames are
 ///     dropped as a camera would. Where the disk is too slow, the rest is shifted on.
-///   - pace=fast: as fast as the sink gives frames back, without a drop. The spacing is lost: a
-///   frame's exposure
-///     ends when it is handed over, so filters over time see another world than at the recorded
+///   - pace=fast: as fast as the sink has room for them and gives them back, without a drop. The spacing is lost: a
+///     frame's exposure ends when it is handed over, so filters over time see another world than at the recorded
 ///     pace.
 ///
 /// Sequence numbers are the recorded ones with their gaps, and go on growing over loops and starts.

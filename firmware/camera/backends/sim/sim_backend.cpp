@@ -67,7 +67,8 @@ Status SimBackend::start(FrameSink& sink) {
   if (thread_.joinable()) return {StatusCode::failed_precondition, "sim: the camera is running"};
   stopping_ = false;
   state_ = State::streaming;
-  thread_ = std::thread([this, &sink] { run(sink); });
+  stop_ = std::stop_source();
+  thread_ = std::thread([this, &sink, stop = stop_.get_token()] { run(sink, stop); });
   return {};
 }
 
@@ -78,6 +79,7 @@ void SimBackend::stop() {
     stopping_ = true;
   }
   wake_.notify_all();
+  stop_.request_stop();
   thread_.join();
   state_ = State::idle;
 }
@@ -90,7 +92,7 @@ void SimBackend::release(int /*slot*/) {
   wake_.notify_all();
 }
 
-void SimBackend::run(FrameSink& sink) {
+void SimBackend::run(FrameSink& sink, const std::stop_token& stop) {
   const int limit = frames_to_lend(static_cast<int>(options_.exposure_s.size()));
   const double rate = options_.frame_rate;
   const std::uint64_t first = next_sequence_;
@@ -101,6 +103,7 @@ void SimBackend::run(FrameSink& sink) {
     return start + std::chrono::nanoseconds(std::llround(s * 1e9));
   };
   for (std::uint64_t tick = 0;;) {
+    if (!(rate > 0) && !sink.wait_for_room(stop)) return;
     bool lend = false;
     {
       std::unique_lock lock(mutex_);

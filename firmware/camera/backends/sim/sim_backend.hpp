@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 
 #include "camera/backend.hpp"
@@ -20,7 +21,8 @@ namespace lightwell {
 
 /// Pushes from one thread that is paced on CLOCK_MONOTONIC by absolute times. A thread that comes
 /// late skips ticks, and a tick without a frame to lend is lost: the sequence shows both. With a
-/// frame rate of 0 there are no ticks: the next frame comes as soon as one can be lent.
+/// frame rate of 0 there are no ticks: the next frame comes as soon as one can be lent and the sink has
+/// room for it.
 ///
 /// mid_exposure = tick - exposure / 2 - rows / 2 * readout, the tick being when the frame is due:
 /// a thread that delivers late has not exposed late. Without ticks, delivery counts and the longest
@@ -52,7 +54,7 @@ class SimBackend final : public CameraBackend, public FrameOwner {
 
  private:
   [[nodiscard]] CameraInfo describe() const;
-  void run(FrameSink& sink);
+  void run(FrameSink& sink, const std::stop_token& stop);
   void push_frame(FrameSink& sink, std::uint64_t sequence, ProbeTime due);
 
   SimOptions options_;  ///< As in force, once open() has succeeded.
@@ -62,7 +64,8 @@ class SimBackend final : public CameraBackend, public FrameOwner {
 
   std::atomic<State> state_{State::idle};
   std::thread thread_;
-  std::mutex mutex_;  ///< Guards the two below.
+  std::stop_source stop_;  ///< Of the thread, while it waits in the sink.
+  std::mutex mutex_;       ///< Guards the two below.
   bool stopping_ = false;
   int lent_ = 0;
   std::condition_variable wake_;
