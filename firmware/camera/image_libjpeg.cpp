@@ -6,15 +6,15 @@
 namespace lightwell {
 namespace {
 
-class Reader {
+class JpegReader {
  public:
-  Reader() {
+  JpegReader() {
     state_.err = errors_.install();
     ready_ = attempt([this] { jpeg_create_decompress(&state_); });
   }
-  ~Reader() { jpeg_destroy_decompress(&state_); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
+  ~JpegReader() { jpeg_destroy_decompress(&state_); }
+  JpegReader(const JpegReader&) = delete;
+  JpegReader& operator=(const JpegReader&) = delete;
 
   bool start(std::span<const std::byte> file) {
     return ready_ && attempt([&] {
@@ -56,7 +56,7 @@ class Reader {
 }  // namespace
 
 Result<Image> decode_jpeg(const std::string& name, std::span<const std::byte> file) {
-  Reader reader;
+  JpegReader reader;
   if (!reader.start(file)) return image_damaged(name, reader.said());
   Image image{reader.width(), reader.height(), PixelFormat::rgb8, {}};
   image.data.resize(image.stride() * static_cast<std::size_t>(image.height));

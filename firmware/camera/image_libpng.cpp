@@ -32,21 +32,21 @@ bool attempt(Errors& errors, const Calls& calls) {
   return true;
 }
 
-class Reader {
+class PngReader {
  public:
-  explicit Reader(std::span<const std::byte> file)
+  explicit PngReader(std::span<const std::byte> file)
       : left_(file),
         png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail, &Errors::say_nothing)),
         info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr) {}
-  ~Reader() { png_destroy_read_struct(&png_, &info_, nullptr); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
+  ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
 
   /// No colours are managed: the values are the file's, whatever it says of their meaning.
   bool read_header() {
     if (info_ == nullptr) return false;
     return attempt(errors, [this] {
-      png_set_read_fn(png_, this, &Reader::give);
+      png_set_read_fn(png_, this, &PngReader::give);
       png_read_info(png_, info_);
       png_set_expand(png_);
       png_set_gray_to_rgb(png_);
@@ -71,7 +71,7 @@ class Reader {
 
  private:
   static void give(png_structp png, png_bytep to, std::size_t bytes) {
-    auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
+    auto& reader = *static_cast<PngReader*>(png_get_io_ptr(png));
     if (bytes > reader.left_.size()) png_error(png, "the file ends too early");
     std::memcpy(to, reader.left_.data(), bytes);
     reader.left_ = reader.left_.subspan(bytes);
@@ -133,7 +133,7 @@ class Writer {
 }  // namespace
 
 Result<Image> decode_png(const std::string& name, std::span<const std::byte> file) {
-  Reader reader(file);
+  PngReader reader(file);
   if (!reader.read_header()) return image_damaged(name, reader.errors.said.data());
   Image image{reader.width(), reader.height(), PixelFormat::rgb8, {}};
   if (reader.row_bytes() != image.stride()) return image_damaged(name, "its decoder gave no 8-bit colours");

@@ -5,49 +5,51 @@
 namespace lightwell {
 namespace {
 
-Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "descriptor: environment." + what}; }
+Status invalid_map(const std::string& what) {
+  return {StatusCode::invalid_argument, "descriptor: environment." + what};
+}
 
 Status problem_of_whole(const EnvironmentMap& map) {
-  if (map.levels.size() > kMaxEnvironmentLevels) return invalid("levels are more than 8");
+  if (map.levels.size() > kMaxEnvironmentLevels) return invalid_map("levels are more than 8");
   for (std::size_t k = 0; k < map.levels.size(); ++k) {
     const EnvironmentLevel& level = map.levels[k];
     if (level.edge < 0 || !is_environment_edge(static_cast<std::uint64_t>(level.edge)))
-      return invalid("levels: an edge must be 8, 16, 32 or 64");
-    if (!(level.roughness >= 0 && level.roughness <= 1)) return invalid("levels: a roughness must be 0 to 1");
+      return invalid_map("levels: an edge must be 8, 16, 32 or 64");
+    if (!(level.roughness >= 0 && level.roughness <= 1)) return invalid_map("levels: a roughness must be 0 to 1");
     if (k == 0) continue;
-    if (level.edge > map.levels[k - 1].edge) return invalid("levels: an edge is larger than the one before");
-    if (!(level.roughness > map.levels[k - 1].roughness)) return invalid("levels: roughness must rise");
+    if (level.edge > map.levels[k - 1].edge) return invalid_map("levels: an edge is larger than the one before");
+    if (!(level.roughness > map.levels[k - 1].roughness)) return invalid_map("levels: roughness must rise");
   }
   const std::size_t count = texel_count(map.levels);
-  if (count > kMaxEnvironmentTexels) return invalid("levels have more than 8192 texels");
-  if (map.texels.size() != count) return invalid("texels have not the length that the levels need");
+  if (count > kMaxEnvironmentTexels) return invalid_map("levels have more than 8192 texels");
+  if (map.texels.size() != count) return invalid_map("texels have not the length that the levels need");
   if (map.exponent < kMinEnvironmentExponent || map.exponent > kMaxEnvironmentExponent)
-    return invalid("exponent is out of range");
-  if (!map.runs.empty()) return invalid("runs stand in a whole map");
-  if (map.key != environment_key(map)) return invalid("key is not that of this map");
+    return invalid_map("exponent is out of range");
+  if (!map.runs.empty()) return invalid_map("runs stand in a whole map");
+  if (map.key != environment_key(map)) return invalid_map("key is not that of this map");
   return {};
 }
 
 Status problem_of_changes(const EnvironmentMap& map) {
-  if (map.exponent != 0) return invalid("exponent stands in changes");
-  if (map.key_interval_ms != 0) return invalid("key_interval_ms stands in changes");
-  if (map.runs.size() % 2 != 0) return invalid("runs come in pairs");
+  if (map.exponent != 0) return invalid_map("exponent stands in changes");
+  if (map.key_interval_ms != 0) return invalid_map("key_interval_ms stands in changes");
+  if (map.runs.size() % 2 != 0) return invalid_map("runs come in pairs");
   std::uint64_t reach = 0, taken = 0;
   for (std::size_t k = 0; k < map.runs.size(); ++k) {
     // One spelling for one meaning: a run without texels stands at most at the start.
-    if (map.runs[k] == 0 && k > 0) return invalid("runs: one is empty");
+    if (map.runs[k] == 0 && k > 0) return invalid_map("runs: one is empty");
     reach += map.runs[k];
     if (k % 2 == 1) taken += map.runs[k];
-    if (reach > kMaxEnvironmentTexels) return invalid("runs reach beyond any map");
+    if (reach > kMaxEnvironmentTexels) return invalid_map("runs reach beyond any map");
   }
-  if (map.texels.size() != taken) return invalid("texels have not the length that the runs need");
+  if (map.texels.size() != taken) return invalid_map("texels have not the length that the runs need");
   return {};
 }
 
 }  // namespace
 
 Status environment_problem(const EnvironmentMap& map) {
-  if (map.key == 0) return invalid("key is 0");
+  if (map.key == 0) return invalid_map("key is 0");
   return map.whole() ? problem_of_whole(map) : problem_of_changes(map);
 }
 
@@ -78,12 +80,12 @@ void fill_environment(const EnvironmentMap& map, v1::EnvironmentMap& m) {
 }
 
 Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
-  if (m.encoding() != v1::EnvironmentMap::RGB9E5) return invalid("encoding is not known");
-  if (m.texels().size() % 4 != 0) return invalid("texels are no whole number of texels");
+  if (m.encoding() != v1::EnvironmentMap::RGB9E5) return invalid_map("encoding is not known");
+  if (m.texels().size() % 4 != 0) return invalid_map("texels are no whole number of texels");
   map.key = m.key();
   map.levels.clear();
   for (const v1::EnvironmentMap::Level& level : m.levels()) {
-    if (!is_environment_edge(level.edge())) return invalid("levels: an edge must be 8, 16, 32 or 64");
+    if (!is_environment_edge(level.edge())) return invalid_map("levels: an edge must be 8, 16, 32 or 64");
     map.levels.push_back({static_cast<int>(level.edge()), level.roughness()});
   }
   map.exponent = m.exponent();

@@ -11,14 +11,14 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr int kLow = sh_count(kMaxBand);
+constexpr int kCellCoefficients = sh_count(kMaxBand);
 static_assert(kRowCount == kRowFloats && sizeof(CellSum) == 3 * sizeof(float));
 
 template <class Row>
 void gather(const std::array<double, sh_count(kMaxBasisBand)>& all, Row& row) {
   using T = typename Row::value_type;
   std::size_t at = 0;
-  for (; at < kLow; ++at) row[at] = static_cast<T>(all[at]);
+  for (; at < kCellCoefficients; ++at) row[at] = static_cast<T>(all[at]);
   for (const int l : kTailBands)
     for (int i = l * l; i < sh_count(l); ++i) row[at++] = static_cast<T>(all[static_cast<std::size_t>(i)]);
 }
@@ -65,18 +65,18 @@ void CellGrid::add_cell(std::span<const Pixel> pixels) {
 void CellGrid::finish() {
   whole_sphere_ = covered_ > kWholeSphere * 4 * std::numbers::pi;
   if (!whole_sphere_) return;
-  using Matrix = Eigen::Matrix<double, kLow, kLow, Eigen::RowMajor>;
+  using Matrix = Eigen::Matrix<double, kCellCoefficients, kCellCoefficients, Eigen::RowMajor>;
   Matrix gram = Matrix::Zero();
   for (std::size_t cell = 0; cell < rows_.size(); ++cell) {
-    const Eigen::Map<const Eigen::Matrix<float, kLow, 1>> row(rows_[cell].data());
-    const Eigen::Matrix<double, kLow, 1> y = row.cast<double>();
+    const Eigen::Map<const Eigen::Matrix<float, kCellCoefficients, 1>> row(rows_[cell].data());
+    const Eigen::Matrix<double, kCellCoefficients, 1> y = row.cast<double>();
     gram.selfadjointView<Eigen::Lower>().rankUpdate(y, solid_angle_[cell]);
   }
   const Matrix full = gram.selfadjointView<Eigen::Lower>();
   unevenness_ = (full - Matrix::Identity()).cwiseAbs().maxCoeff();
   if (!(unevenness_ < kSoundFit)) return;
   const Matrix inverse = full.ldlt().solve(Matrix::Identity());
-  inverse_gram_.assign(inverse.data(), inverse.data() + kLow * kLow);
+  inverse_gram_.assign(inverse.data(), inverse.data() + kCellCoefficients * kCellCoefficients);
 }
 
 void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> moved, Projection& out) const {
@@ -117,10 +117,10 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = total[k][i];
   if (!fitted()) return;
-  for (std::size_t i = 0; i < kLow; ++i) {
+  for (std::size_t i = 0; i < kCellCoefficients; ++i) {
     double fit[3] = {};
-    for (std::size_t j = 0; j < kLow; ++j)
-      for (std::size_t k = 0; k < 3; ++k) fit[k] += inverse_gram_[i * kLow + j] * total[k][j];
+    for (std::size_t j = 0; j < kCellCoefficients; ++j)
+      for (std::size_t k = 0; k < 3; ++k) fit[k] += inverse_gram_[i * kCellCoefficients + j] * total[k][j];
     for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = fit[k];
   }
 }

@@ -10,7 +10,7 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr std::size_t kLow = sh_count(kMaxBand);
+constexpr std::size_t kChosenCoefficients = sh_count(kMaxBand);
 constexpr double kSphere = 4 * std::numbers::pi;
 
 /// Share of the limit that a prediction may reach: the truncation is exact but for the bands above 12, the other errors

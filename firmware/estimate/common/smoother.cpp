@@ -11,7 +11,7 @@ constexpr double kSurprising = 2.5;
 constexpr double kChanged = 4;
 // What passes for a step where the clock stands still.
 constexpr double kNominalStep = 1.0 / 30;
-constexpr int kLow = sh_count(kMaxBand);
+constexpr int kSmoothedCoefficients = sh_count(kMaxBand);
 
 /// `slowest` for what noise explains, 1 for what it does not.
 double opened(double surprise, double slowest) {
@@ -87,10 +87,10 @@ double Smoother::noise_left() const { return std::sqrt(variance_); }
 
 double Smoother::surprise(const Projection& difference, const IrradianceRms& rms) const {
   double squares = 0;
-  for (std::size_t i = 0; i < kLow; ++i)
+  for (std::size_t i = 0; i < kSmoothedCoefficients; ++i)
     for (const double v : difference.c[i]) squares += v * v;
   const double irradiance = std::max(rms.plain, rms.weighted);
-  return std::max(irradiance, white_ * std::sqrt(squares / (3 * kLow)));
+  return std::max(irradiance, white_ * std::sqrt(squares / (3 * kSmoothedCoefficients)));
 }
 
 IrradianceRms Smoother::apply(Projection& scene, std::span<Light> lights, ProbeTime time, double noise_rms) {

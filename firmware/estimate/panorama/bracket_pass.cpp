@@ -14,7 +14,7 @@ namespace lightwell::estimate {
 namespace {
 
 /// Pixels of a row of blocks that are worked on together: their sums stay in the nearest cache.
-constexpr int kChunk = 384;
+constexpr int kBracketChunk = 384;
 /// Rounding of a wall of one colour is the same everywhere, 1.7 deviations of a pixel, in either exposure; response and
 /// exposure times are known to a percent or so.
 constexpr float kDeviations = 3, kShare = 0.02F;
@@ -98,7 +98,7 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
   for (auto& column : columns_.differ) column = next();
   for (auto& column : columns_.doubt) column = next();
   planes_.resize(kMaxBracket * kPlaneRows * width);
-  dispute_.resize(kChunk);
+  dispute_.resize(kBracketChunk);
   for (std::size_t block = 0; block < layout.size(); ++block) {
     const BlockLayout::Place p = layout.place(block);
     const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
@@ -171,8 +171,8 @@ void BracketPass::run(std::span<const Frame> bracket, BlockSums& out) {
     const LensTable& table = table_.lenses[static_cast<std::size_t>(lens)];
     for (int top = 0; top < table.height; top += layout_.edge()) {
       const int rows = std::min(layout_.edge(), table.height - top);
-      for (int begin = 0; begin < table.width; begin += kChunk)
-        run_chunk({lens, top, rows, begin, std::min(begin + kChunk, table.width)}, out);
+      for (int begin = 0; begin < table.width; begin += kBracketChunk)
+        run_chunk({lens, top, rows, begin, std::min(begin + kBracketChunk, table.width)}, out);
     }
   }
 }

@@ -13,7 +13,7 @@ namespace lightwell::estimate {
 namespace {
 
 /// Pixels of YCbCr that are turned into planes at a time: 16 rows of three planes of them stay in the nearest cache.
-constexpr std::size_t kChunk = 256;
+constexpr std::size_t kCodeChunk = 256;
 
 const std::uint8_t* bytes(const View& view, std::size_t row) {
   return reinterpret_cast<const std::uint8_t*>(view.data.data()) + row * view.stride;
@@ -28,7 +28,7 @@ LaneSums CodePass::Scratch::at(std::size_t lane) {
 }
 
 CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout)
-    : layout_(layout), weights_(table, layout), planes_(3 * kMostRows * kChunk) {
+    : layout_(layout), weights_(table, layout), planes_(3 * kMostRows * kCodeChunk) {
   const auto edge = static_cast<std::size_t>(layout.edge());
   const std::size_t columns = (static_cast<std::size_t>(widest(table)) + edge - 1) / edge;
   groups_.assign(3, Scratch(3 * columns * edge + kFewestLanes + kBlockRoom));
@@ -142,12 +142,12 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
     }
     return;
   }
-  for (std::size_t done = 0; done < s.count; done += kChunk) {
-    const std::size_t count = std::min(kChunk, std::max(s.count - done, kFewestLanes));
+  for (std::size_t done = 0; done < s.count; done += kCodeChunk) {
+    const std::size_t count = std::min(kCodeChunk, std::max(s.count - done, kFewestLanes));
     const std::size_t within = std::min(done, s.count - count), at = s.begin + within;
     const auto plane = [&](int y) {
-      constexpr std::size_t kNext = kMostRows * kChunk;
-      std::uint8_t* r = planes_.data() + static_cast<std::size_t>(y) * kChunk;
+      constexpr std::size_t kNext = kMostRows * kCodeChunk;
+      std::uint8_t* r = planes_.data() + static_cast<std::size_t>(y) * kCodeChunk;
       return PlaneRow{r, r + kNext, r + 2 * kNext};
     };
     const auto line = [&](int y) { return bytes(view, static_cast<std::size_t>(top + y)); };
@@ -163,7 +163,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       }
     }
     for (std::size_t c = 0; c < 3; ++c)
-      sum_codes({planes_.data() + c * kMostRows * kChunk, kChunk, rows, table, plan.clipped8}, weights + within,
+      sum_codes({planes_.data() + c * kMostRows * kCodeChunk, kCodeChunk, rows, table, plan.clipped8}, weights + within,
                 s.count, count, groups_[c].at(at));
   }
 }

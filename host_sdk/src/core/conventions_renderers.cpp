@@ -16,7 +16,7 @@ using core::SplitLight;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-std::array<float, 3> floats(Vec3d v) {
+std::array<float, 3> to_floats(Vec3d v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
@@ -28,12 +28,12 @@ struct ColorAndIntensity {
 
 ColorAndIntensity color_and_intensity(const core::Triple& irradiance) {
   const double largest = std::max({irradiance[0], irradiance[1], irradiance[2]});
-  return {floats({irradiance[0] / largest, irradiance[1] / largest, irradiance[2] / largest}), largest};
+  return {to_floats({irradiance[0] / largest, irradiance[1] / largest, irradiance[2] / largest}), largest};
 }
 
 std::array<std::array<float, 3>, 9> rows(const NineCoefficients& c) {
   std::array<std::array<float, 3>, 9> out;
-  for (std::size_t i = 0; i < 9; ++i) out[i] = floats({c[i][0], c[i][1], c[i][2]});
+  for (std::size_t i = 0; i < 9; ++i) out[i] = to_floats({c[i][0], c[i][1], c[i][2]});
   return out;
 }
 
@@ -49,7 +49,7 @@ Converted<UnityLighting> to_unity(const Lighting& lighting, UnityPipeline pipeli
     for (std::size_t i = 0; i < 9; ++i) out.sphericalHarmonicsL2[9 * k + i] = static_cast<float>(prescaled[i][k]);
   if (light.main) {
     const ColorAndIntensity sun = color_and_intensity(light.main->irradiance);
-    out.forward = floats(-light.main->towards);
+    out.forward = to_floats(-light.main->towards);
     out.color = sun.color;
     const double unit = pipeline == UnityPipeline::universal ? std::numbers::inv_pi : 1;
     out.intensity = static_cast<float>(sun.intensity * unit);
@@ -67,7 +67,7 @@ Converted<ThreeLighting> to_three(const Lighting& lighting, ThreeLights lights, 
   out.lightProbeIntensity = 1;
   if (light.main) {
     const ColorAndIntensity sun = color_and_intensity(light.main->irradiance);
-    out.position = floats(light.main->towards);
+    out.position = to_floats(light.main->towards);
     out.color = sun.color;
     const double unit = lights == ThreeLights::legacy ? std::numbers::inv_pi : 1;
     out.intensity = static_cast<float>(sun.intensity * unit);
@@ -85,7 +85,7 @@ Converted<FilamentLighting> to_filament(const Lighting& lighting, MainLight main
   out.indirectIntensity = 1;
   if (light.main) {
     const ColorAndIntensity sun = color_and_intensity(light.main->irradiance);
-    out.direction = floats(-light.main->towards);
+    out.direction = to_floats(-light.main->towards);
     out.color = sun.color;
     out.intensity = static_cast<float>(sun.intensity);
     out.sunAngularRadius = static_cast<float>(light.main->angular_radius_rad * kDegrees);
@@ -105,7 +105,7 @@ Converted<UnrealLighting> to_unreal(const Lighting& lighting, MainLight main_lig
   }
   if (light.main) {
     const ColorAndIntensity sun = color_and_intensity(light.main->irradiance);
-    out.forward = floats(-light.main->towards);
+    out.forward = to_floats(-light.main->towards);
     out.color = sun.color;
     out.intensity = static_cast<float>(sun.intensity);
     out.lightSourceAngle = static_cast<float>(2 * light.main->angular_radius_rad * kDegrees);
