@@ -13,9 +13,31 @@ macro(lightwell_find package debian)
   endif()
 endmacro()
 
+# lightwell_optional(<part> <prefix> <module>): pkg_check_modules, unless LIGHTWELL_WITHOUT names the part.
+macro(lightwell_optional part prefix module)
+  if(NOT "${part}" IN_LIST LIGHTWELL_WITHOUT)
+    pkg_check_modules(${prefix} QUIET IMPORTED_TARGET ${module})
+  endif()
+endmacro()
+
 function(lightwell_missing what debian)
   message(FATAL_ERROR "${what} was not found: it is in Debian's package ${debian}. "
                       "Run cmake/setup, which installs all that cmake/packages.txt lists.")
+endfunction()
+
+# What hil/report draws with. The package file of OpenCV comes with libopencv-dev alone, which brings some two hundred packages
+# along; these two libraries stand in one of their own.
+function(lightwell_find_opencv_drawing)
+  find_path(LIGHTWELL_OPENCV_INCLUDE opencv2/imgproc.hpp PATH_SUFFIXES opencv4)
+  foreach(part IN ITEMS opencv_core opencv_imgproc)
+    find_library(LIGHTWELL_${part} ${part})
+    if(NOT LIGHTWELL_OPENCV_INCLUDE OR NOT LIGHTWELL_${part})
+      lightwell_missing(${part} libopencv-imgproc-dev)
+    endif()
+    add_library(${part} UNKNOWN IMPORTED GLOBAL)
+    set_target_properties(${part} PROPERTIES
+      IMPORTED_LOCATION "${LIGHTWELL_${part}}" INTERFACE_INCLUDE_DIRECTORIES "${LIGHTWELL_OPENCV_INCLUDE}")
+  endforeach()
 endfunction()
 
 # The contract and both ends of the network link
@@ -43,21 +65,30 @@ target_compile_definitions(PkgConfig::LIBHWY INTERFACE
 
 if(LIGHTWELL_BUILD_HOST_SDK)
   # The host's USB link, which is left out, and says so in the summary, where it is absent.
-  pkg_check_modules(LIBUSB QUIET IMPORTED_TARGET libusb-1.0)
+  lightwell_optional(usb LIBUSB libusb-1.0)
 endif()
 
 # MQTT and mDNS, on both sides of the wire: each is left out, and says so in the summary, where its library is absent.
-pkg_check_modules(LIBMOSQUITTO QUIET IMPORTED_TARGET libmosquitto)
-pkg_check_modules(AVAHI_CLIENT QUIET IMPORTED_TARGET avahi-client)
+lightwell_optional(mqtt LIBMOSQUITTO libmosquitto)
+lightwell_optional(mdns AVAHI_CLIENT avahi-client)
 
 if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(OpenEXR libopenexr-dev CONFIG)
-  lightwell_find(OpenCV libopencv-dev COMPONENTS core imgproc imgcodecs calib3d)
   lightwell_find(JPEG libjpeg-dev)
   lightwell_find(PNG libpng-dev)
   lightwell_find(Eigen3 libeigen3-dev CONFIG)
-  lightwell_find(Ceres libceres-dev CONFIG)
-  if(CMAKE_CROSSCOMPILING)
+  lightwell_find(CLI11 libcli11-dev CONFIG)
+  if(NOT "tools" IN_LIST LIGHTWELL_WITHOUT)
+    lightwell_find(OpenCV libopencv-dev COMPONENTS core imgproc imgcodecs calib3d)
+    lightwell_find(yaml-cpp libyaml-cpp-dev CONFIG)
+  elseif(LIGHTWELL_BUILD_HIL)
+    lightwell_find_opencv_drawing()
+  endif()
+  if(NOT "marker" IN_LIST LIGHTWELL_WITHOUT)
+    lightwell_find(apriltag libapriltag-dev CONFIG)
+    lightwell_find(Ceres libceres-dev CONFIG)
+  endif()
+  if(TARGET Ceres::ceres AND CMAKE_CROSSCOMPILING)
     # Its package file names LAPACK by paths of the machine that it was built on. Of BLAS and LAPACK a sysroot has no choice to
     # make, so that the links of developers are not there.
     get_target_property(LIGHTWELL_CERES_NEEDS Ceres::ceres INTERFACE_LINK_LIBRARIES)
@@ -65,12 +96,11 @@ if(LIGHTWELL_BUILD_FIRMWARE)
     list(TRANSFORM LIGHTWELL_CERES_NEEDS REPLACE "^/usr/" "${CMAKE_SYSROOT}/usr/")
     set_target_properties(Ceres::ceres PROPERTIES INTERFACE_LINK_LIBRARIES "${LIGHTWELL_CERES_NEEDS}")
   endif()
-  lightwell_find(CLI11 libcli11-dev CONFIG)
-  lightwell_find(apriltag libapriltag-dev CONFIG)
-  lightwell_find(yaml-cpp libyaml-cpp-dev CONFIG)
   # Each in its camera backend, which is left out, and says so in the summary, where the library is absent.
-  pkg_check_modules(LIBCAMERA QUIET IMPORTED_TARGET libcamera)
-  find_package(depthai 3 CONFIG QUIET)
+  lightwell_optional(libcamera LIBCAMERA libcamera)
+  if(NOT "depthai" IN_LIST LIGHTWELL_WITHOUT)
+    find_package(depthai 3 CONFIG QUIET)
+  endif()
   pkg_check_modules(LIBSYSTEMD QUIET IMPORTED_TARGET libsystemd)
   if(NOT LIBSYSTEMD_FOUND)
     lightwell_missing(libsystemd libsystemd-dev)

@@ -24,6 +24,8 @@ target_compile_options(lightwell_options INTERFACE
   # what GCC 9 compiled and what a later one did.
   $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-Wno-maybe-uninitialized>
   $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-Wno-psabi>
+  # In a unity build GCC takes the anonymous namespaces of sources for those of a header.
+  $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>
   $<$<BOOL:${LIGHTWELL_WERROR}>:-Werror>
   # GCC fuses a*b+c wherever the processor can, so the same source would round differently on the
   # ARM board, on a PC, and under each -march of a vectorised row. It is said here, for libraries,
@@ -201,6 +203,8 @@ function(lightwell_generate name suffix plugin protos)
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:lightwell_options>)
   target_compile_options(${name} PRIVATE -w)
+  # The files that protoc makes have static names in common.
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
 endfunction()
 
 # A misspelt keyword would otherwise be taken for one more file or be lost.

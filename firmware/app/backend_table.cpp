@@ -8,9 +8,13 @@
 
 #include "app/daemon.hpp"
 #include "app/log.hpp"
-#include "camera/backends/replay/replay_backend.hpp"
 #include "camera/backends/sim/sim_backend.hpp"
+#ifndef LIGHTWELL_WITHOUT_REPLAY
+#include "camera/backends/replay/replay_backend.hpp"
+#endif
+#ifndef LIGHTWELL_WITHOUT_V4L2
 #include "camera/backends/v4l2/v4l2_backend.hpp"
+#endif
 #ifdef LIGHTWELL_HAVE_DEPTHAI
 #include "camera/backends/depthai/depthai_backend.hpp"
 #endif
@@ -45,10 +49,14 @@ std::span<const BackendEntry> backend_table() {
   static constexpr std::array kTable = {
       BackendEntry{"sim", "sim:SCENE?sensor=rgb8&turn=30deg/s  a panorama seen through a simulated rig",
                    &make_talking_sim},
+#ifndef LIGHTWELL_WITHOUT_REPLAY
       BackendEntry{"replay", "replay:PATH  a recording of lightwelld --record, or a directory of images",
                    &make_replay_backend},
+#endif
+#ifndef LIGHTWELL_WITHOUT_V4L2
       BackendEntry{"v4l2", "v4l2:/dev/video0?width=1280&height=960  a camera that the kernel drives, as on USB",
                    &make_v4l2_backend},
+#endif
 #ifdef LIGHTWELL_HAVE_LIBCAMERA
       BackendEntry{"libcamera", "libcamera:ID[,ID]?format=nv12  one or two cameras as `cam --list` names them",
                    &make_libcamera_backend},

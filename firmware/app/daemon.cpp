@@ -15,13 +15,15 @@
 #include "app/network.hpp"
 #include "app/pipeline.hpp"
 #include "app/service_manager.hpp"
-#include "app/tag_body_finder.hpp"
 #include "camera/frame_recorder.hpp"
-#include "estimate/marker/marker_estimator.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "link/access/exposure.hpp"
 #include "link/grpc/grpc_link.hpp"
 #include "link/usb_gadget/usb_gadget_link.hpp"
+#ifndef LIGHTWELL_WITHOUT_MARKER
+#include "app/tag_body_finder.hpp"
+#include "estimate/marker/marker_estimator.hpp"
+#endif
 
 namespace lightwell {
 namespace {
@@ -51,7 +53,7 @@ Status check_fit(const RigParameters& rig, const CameraInfo& camera) {
 }
 
 Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig,
-                                                  const std::optional<UncertainPose>& mounting) {
+                                                  [[maybe_unused]] const std::optional<UncertainPose>& mounting) {
   if (!config.marker) {
     PanoramaOptions options;
     options.config = config.estimator;
@@ -59,6 +61,11 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
     options.grey_patch = config.grey_patch;
     return make_panorama_estimator(rig, options);
   }
+#ifdef LIGHTWELL_WITHOUT_MARKER
+  return Status(StatusCode::failed_precondition,
+                "marker: this lightwelld was built without the marker estimator; build it again with "
+                "LIGHTWELL_WITHOUT empty, or leave `marker` out");
+#else
   const Result<MarkerBody> body = load_marker_body(config.marker->body);
   if (!body) return body.status();
   Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, *body);
@@ -72,6 +79,7 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
   if (!marker) return marker.status();
   log_info("marker: looking for " + body->name);
   return std::unique_ptr<Estimator>(std::move(*marker));
+#endif
 }
 
 Result<Parts> make_parts(const Config& config) {

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <lightwell/cap.hpp>
 #include <lightwell/pixel.hpp>
 
 #include "calibration/camera_model.hpp"
+#include "camera/image_file.hpp"
 #include "report/samples.hpp"
 #include "report/shading.hpp"
 #include "sim/render.hpp"
@@ -165,12 +165,11 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
   };
   draw_row("lit by the descriptor: matte, glossy (roughness 0.5), mirror; an object with its shadow", answer);
   draw_row("lit by the true panorama", truth);
-  try {
-    if (cv::imwrite(path, page)) return {};
-  } catch (const cv::Exception& e) {
-    return {StatusCode::data_loss, path + ": " + e.what()};
-  }
-  return {StatusCode::data_loss, path + ": cannot be written"};
+  cv::cvtColor(page, page, cv::COLOR_BGR2RGB);
+  Image image{page.cols, page.rows, PixelFormat::rgb8, {}};
+  const auto* const bytes = reinterpret_cast<const std::byte*>(page.data);
+  image.data.assign(bytes, bytes + page.total() * page.elemSize());
+  return write_png(path, image);
 }
 
 }  // namespace lightwell::hil
