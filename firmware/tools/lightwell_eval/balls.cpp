@@ -6,6 +6,7 @@
 
 #include <lightwell/cap.hpp>
 #include <lightwell/query.hpp>
+#include <lightwell/reconstruction.hpp>
 
 namespace lightwell::eval {
 namespace {
@@ -75,22 +76,21 @@ BallPictures ball_pictures(const Truth& truth) {
 
 BallPictures ball_pictures(const Descriptor& d) {
   const GgxLobe lobe(kSilverRoughness);
-  const auto factors = lobe.coefficients();
-  RadianceSh blurred = d.radiance;
-  for (int l = 0, i = 0; l <= blurred.band; ++l)
-    for (; i < sh_count(l); ++i)
-      blurred.c[static_cast<std::size_t>(i)] =
-          blurred.c[static_cast<std::size_t>(i)] * static_cast<float>(factors[static_cast<std::size_t>(l)]);
+  const auto silver = lobe.coefficients();
+  std::array<double, kMaxBand + 1> mirror;
+  mirror.fill(1);
+  const RadianceReconstruction reconstruction = reconstruct(d.radiance);
   const bool has_map = d.environment && d.environment->whole();
-  const auto rest = [&](const RadianceSh& sh, Vec3f at, double roughness) {
-    return has_map ? environment_radiance(*d.environment, at, static_cast<float>(roughness)) : evaluate(sh, at);
+  const auto rest = [&](const std::array<double, kMaxBand + 1>& factors, Vec3f at, double roughness) {
+    return has_map ? environment_radiance(*d.environment, at, static_cast<float>(roughness))
+                   : radiance_at(reconstruction, at, roughness, factors);
   };
   return pictures([&](Vec3d n) { return color(irradiance_at(d, vec_cast<float>(n))); },
                   [&](Vec3d v) {
                     const Vec3f at = vec_cast<float>(v);
-                    return color(rest(blurred, at, kSilverRoughness) + lights_radiance(d.lights, at, lobe));
+                    return color(rest(silver, at, kSilverRoughness) + lights_radiance(d.lights, at, lobe));
                   },
-                  [&](Vec3d v) { return color(rest(d.radiance, vec_cast<float>(v), 0) + discs(d, v)); });
+                  [&](Vec3d v) { return color(rest(mirror, vec_cast<float>(v), 0) + discs(d, v)); });
 }
 
 std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& answer) {

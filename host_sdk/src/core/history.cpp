@@ -1,6 +1,7 @@
 #include "core/history.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/interpolate.hpp"
@@ -21,8 +22,10 @@ Lighting held(std::shared_ptr<const Sample> sample, HostTime time, Duration max_
 }
 
 /// Between or beyond two samples: what is of their light is made anew, the rest is the nearer one's.
-std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& nearer, HostTime time) {
+std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& nearer,
+                                      std::optional<RadianceReconstruction> reconstruction, HostTime time) {
   Sample made = sample_of(std::move(descriptor));
+  made.reconstruction = std::move(reconstruction);
   made.mid_exposure = time;
   made.time_uncertainty = nearer.time_uncertainty;
   made.received = nearer.received;
@@ -30,6 +33,8 @@ std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& neare
   made.environment = nearer.environment;
   made.environment_rotation = nearer.environment_rotation;
   made.T_world_probe = nearer.T_world_probe;
+  // Where the nearer has no map, and the other had one, or other units.
+  if (!made.reconstruction) reconstruct_radiance(made);
   return std::make_shared<const Sample>(std::move(made));
 }
 
@@ -48,8 +53,8 @@ Lighting beyond_newest(const History& history, HostTime time, Duration max_age, 
   if (back > max_age) return held(newest, time, max_age, Derivation::held);
   const auto f = static_cast<float>(ahead.seconds() / back.seconds());
   const Validity validity = validity_of(ahead, *newest, max_age);
-  return {made_of(extrapolated(before.descriptor, newest->descriptor, f), *newest, time), validity, ahead, max_age,
-          Derivation::extrapolated};
+  return {made_of(extrapolated(before.descriptor, newest->descriptor, f), *newest, newest->reconstruction, time),
+          validity, ahead, max_age, Derivation::extrapolated};
 }
 
 }  // namespace
@@ -92,8 +97,11 @@ Lighting lighting_at(const History* history, HostTime time, Duration max_age, Du
   // How far the nearest measurement is: across a hole in the past the answer is a guess, and stale.
   const Duration age = std::min(into, span - into);
   const Validity validity = validity_of(age, nearer, max_age);
-  return {made_of(interpolated(before->descriptor, after->descriptor, f), nearer, time), validity, age, max_age,
-          Derivation::interpolated};
+  std::optional<RadianceReconstruction> reconstruction;
+  if (before->reconstruction && after->reconstruction && blends(before->descriptor, after->descriptor))
+    reconstruction = interpolated(*before->reconstruction, *after->reconstruction, f);
+  return {made_of(interpolated(before->descriptor, after->descriptor, f), nearer, std::move(reconstruction), time),
+          validity, age, max_age, Derivation::interpolated};
 }
 
 }  // namespace lightwell::core

@@ -66,6 +66,7 @@ void Intake::take(std::span<const std::byte> bytes, HostTime received, const Hos
   sample->T_world_probe = T_world_probe_;
   const bool understood = environments_.take(sample->descriptor);
   sample->environment = environments_.map_for(sample->descriptor);
+  reconstruct_radiance(*sample);
   const std::shared_ptr<const Sample> shared = std::move(sample);
   history_ = appended(history_.get(), shared, capacity_);
   store_.publish(history_);

@@ -132,9 +132,13 @@ Descriptor extrapolated(const Descriptor& before, const Descriptor& newest, floa
   return out;
 }
 
+bool blends(const Descriptor& a, const Descriptor& b) {
+  return a.units == b.units && a.calibration_id == b.calibration_id;
+}
+
 Descriptor interpolated(const Descriptor& a, const Descriptor& b, float f) {
   const Descriptor& nearer = f < 0.5F ? a : b;
-  if (a.units != b.units || a.calibration_id != b.calibration_id) return nearer;
+  if (!blends(a, b)) return nearer;
   Descriptor out = nearer;
   out.time.mid_exposure.ns = blend_ns(a.time.mid_exposure.ns, b.time.mid_exposure.ns, f);
   out.radiance = blend_harmonics(a.radiance, b.radiance, f);

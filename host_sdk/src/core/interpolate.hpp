@@ -5,6 +5,9 @@
 
 namespace lightwell::core {
 
+/// Whether the light of the two can be blended: units and calibration are the same.
+[[nodiscard]] bool blends(const Descriptor& a, const Descriptor& b);
+
 /// The light a share `f` (0 to 1) of the way from `a` to `b`. Harmonics blend linearly, a band that
 /// only one has from zero. Lights with the same track move along the great circle and blend; a
 /// light without its like fades. Bounds, coverage and flags are the worse of the two. What cannot

@@ -17,6 +17,7 @@ namespace lightwell {
 namespace {
 
 constexpr Vec3f kZero{};
+constexpr std::array<double, kMaxBand + 1> kMirror{1, 1, 1, 1, 1, 1, 1};
 
 const core::Sample& no_sample() {
   static const core::Sample none{};
@@ -38,16 +39,6 @@ const RoughnessLobe& lobe_of(float roughness) {
   return last;
 }
 
-RadianceSh convolved(const RadianceSh& sh, const std::array<double, kMaxBand + 1>& band_factor) {
-  RadianceSh out;
-  out.band = sh.band;
-  for (int l = 0, i = 0; l <= sh.band; ++l) {
-    const auto k = static_cast<float>(band_factor[static_cast<std::size_t>(l)]);
-    for (; i < sh_count(l); ++i) out.c[static_cast<std::size_t>(i)] = sh.c[static_cast<std::size_t>(i)] * k;
-  }
-  return out;
-}
-
 }  // namespace
 
 Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age, Duration max_age,
@@ -59,6 +50,7 @@ Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
   core::EnvironmentKeeper keeper;
   (void)keeper.take(made.descriptor);
   made.environment = keeper.map_for(made.descriptor);
+  core::reconstruct_radiance(made);
   auto sample = std::make_shared<const core::Sample>(std::move(made));
   const Validity validity = age > max_age ? Validity::stale : Validity::valid;
   return {std::move(sample), validity, std::max(age, Duration{}), max_age};
@@ -151,19 +143,20 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
     out.validity = Validity::invalid_query;
     return out;
   }
-  const RadianceSh& sh = sample_->descriptor.radiance;
+  const std::optional<RadianceReconstruction>& reconstruction = sample_->reconstruction;
   const core::KeptEnvironment* const kept = sample_->environment.get();
-  const auto mapped = [&](float roughness) {
+  const auto without_lights = [&](float roughness, const std::array<double, kMaxBand + 1>& lobe) {
+    if (kept == nullptr) return reconstruction ? radiance_at(*reconstruction, d, roughness, lobe) : Radiance{};
     const Vec3f in_map = rotate(sample_->environment_rotation.inverse(), d);
     return environment_radiance(kept->map, in_map, roughness);
   };
   if (mirror) {
-    out.value = kept != nullptr ? mapped(0) : evaluate(sh, d);
+    out.value = without_lights(0, kMirror);
     return out;
   }
   constexpr auto smallest = static_cast<float>(GgxLobe::kMinRoughness);
   const RoughnessLobe& rough = lobe_of(std::clamp(perceptual_roughness, smallest, 1.0F));
-  out.value = kept != nullptr ? mapped(rough.roughness) : evaluate(convolved(sh, rough.band_factor), d);
+  out.value = without_lights(rough.roughness, rough.band_factor);
   out.value += lights_radiance(sample_->descriptor.lights, direction, rough.lobe);
   return out;
 }
@@ -179,6 +172,7 @@ Lighting Lighting::rotated(Quat q) const {
   out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);
   for (Light& light : out.descriptor.lights) light = core::turned(light, turn);
   core::prepare(out);
+  if (out.reconstruction) out.reconstruction = lightwell::rotated(*out.reconstruction, turn);
   out.descriptor.environment.reset();
   out.environment_rotation = turn * out.environment_rotation;
   out.T_world_probe.reset();

@@ -2,6 +2,7 @@
 import { Descriptor, Flag, Light, Units, decodeDescriptor } from "./descriptor.js";
 import { EnvironmentKeeper, EnvironmentMap, environmentRadiance } from "./environment.js";
 import { GgxLobe, capIrradiance, capRadiance, cosineLobe, evaluateHarmonics } from "./lobes.js";
+import { RadianceReconstruction, radianceAt, reconstruct } from "./reconstruction.js";
 import { Rgb, Vec3, dot, normalized } from "./vector.js";
 
 export type Validity = "valid" | "stale" | "none" | "invalid_query";
@@ -33,6 +34,7 @@ export interface LightingOptions {
 }
 
 const noFlags: ReadonlySet<Flag> = new Set();
+const mirrorFactors: readonly number[] = [1, 1, 1, 1, 1, 1, 1];
 const zero = (): Rgb => [0, 0, 0];
 
 /** An immutable answer. Directions and normals: right-handed, +X right, +Y up, -Z forward; any length. */
@@ -42,6 +44,7 @@ export class Lighting {
   /** Why this is not valid; empty where it is. */
   readonly reason: string;
   readonly ageMs: number;
+  private reconstruction: RadianceReconstruction | null = null;
   private lobe: { roughness: number; lobe: GgxLobe; factors: number[] } | null = null;
 
   /** null: no descriptor has come yet. */
@@ -84,7 +87,8 @@ export class Lighting {
   }
 
   /** As a surface of that perceptual roughness (alpha = roughness²) sees it: the GGX-weighted mean with N = V = R =
-   *  direction. At roughness 0, a mirror, the discrete lights are left out. */
+   *  direction. At roughness 0, a mirror, the discrete lights are left out. Never negative: without a map the
+   *  harmonics are windowed where they would ring, and bands that were not sent are estimated (reconstruction.ts). */
   radiance(direction: Vec3, roughness: number): Answer {
     const mirror = roughness <= 0;
     const d = normalized(direction);
@@ -92,12 +96,12 @@ export class Lighting {
     if (this.descriptor === null || d === null || !good) return this.answer(zero(), good, !mirror);
     if (mirror) {
       const value = this.environment ? environmentRadiance(this.environment, direction, 0)
-                                     : evaluateHarmonics(this.descriptor.radiance, d);
+                                     : radianceAt(this.reconstructed(this.descriptor), d, 0, mirrorFactors);
       return this.answer(value, true, false);
     }
     const { roughness: r, lobe, factors } = this.lobeOf(Math.min(Math.max(roughness, GgxLobe.minRoughness), 1));
     const value = this.environment ? environmentRadiance(this.environment, direction, r)
-                                   : evaluateHarmonics(this.descriptor.radiance, d, factors);
+                                   : radianceAt(this.reconstructed(this.descriptor), d, r, factors);
     for (const light of this.descriptor.lights) {
       const k = capRadiance(dot(unit(light), d), light.angularRadius, lobe);
       for (let c = 0; c < 3; ++c) value[c] += light.irradiance[c] * k;
@@ -126,6 +130,11 @@ export class Lighting {
       lightsIncluded,
       units: d?.units ?? "relative",
     };
+  }
+
+  /** Milliseconds, at the first question: who reads a map, or irradiance alone, need not spend them. */
+  private reconstructed(descriptor: Descriptor): RadianceReconstruction {
+    return (this.reconstruction ??= reconstruct(descriptor.radiance));
   }
 
   /** Whoever shades asks many directions at one roughness: the last lobe is kept. */

@@ -82,19 +82,22 @@ export function capZonal(l: number, radius: number): number {
   return (2 * Math.PI * (below - above)) / (2 * l + 1) / (Math.PI * sinS * sinS);
 }
 
-/** Nodes and weights of 32-point Gauss-Legendre quadrature on [0, 1]. */
-const gauss = Array.from({ length: 32 }, (_, i) => {
-  let x = Math.cos((Math.PI * (i + 0.75)) / 32.5);
+/** Nodes and weights of n-point Gauss-Legendre quadrature on [-1, 1], x falling. */
+export const gaussLegendre = (n: number) => Array.from({ length: n }, (_, i) => {
+  let x = Math.cos((Math.PI * (i + 0.75)) / (n + 0.5));
   let slope = 1;
   for (let step = 0; step < 50; ++step) {
     let p0 = 1;
     let p1 = x;
-    for (let l = 2; l <= 32; ++l) [p0, p1] = [p1, ((2 * l - 1) * x * p1 - (l - 1) * p0) / l];
-    slope = (32 * (x * p1 - p0)) / (x * x - 1);
+    for (let l = 2; l <= n; ++l) [p0, p1] = [p1, ((2 * l - 1) * x * p1 - (l - 1) * p0) / l];
+    slope = (n * (x * p1 - p0)) / (x * x - 1);
     x -= p1 / slope;
   }
-  return { node: 0.5 * (1 - x), weight: 1 / ((1 - x * x) * slope * slope) };
+  return { x, weight: 2 / ((1 - x * x) * slope * slope) };
 });
+
+/** On [0, 1]. */
+const gauss = gaussLegendre(32).map(({ x, weight }) => ({ node: 0.5 * (1 - x), weight: 0.5 * weight }));
 
 /** The lobe of radiance(d, r): GGX with N = V = R = d, weighted by N·L, normalised to one (Karis 2013). */
 export class GgxLobe {
