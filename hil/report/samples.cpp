@@ -38,7 +38,7 @@ std::vector<LightSample> samples_of(const Lighting& lighting) {
     const auto sr = static_cast<float>(equirect_solid_angle(j, kWidth, kHeight));
     for (int i = 0; i < kWidth; ++i) {
       const Vec3f d = vec_cast<float>(equirect_direction((i + 0.5) / kWidth, (j + 0.5) / kHeight));
-      out.push_back({d, evaluate(lighting.descriptor().radiance, d) * sr});
+      out.push_back({d, lighting.radiance(d, 0).value * sr});
     }
   }
   return out;

@@ -17,7 +17,8 @@ struct LightSample {
   Radiance flux;    ///< Radiance times solid angle.
 };
 
-/// The caps of the lights, each as many directions within it, and the harmonics at directions all around.
+/// The caps of the lights, each as many directions within it, and radiance(d, 0), which has none of them and is never
+/// negative, at directions all around.
 [[nodiscard]] std::vector<LightSample> samples_of(const Lighting& lighting);
 
 /// Every pixel of the panorama, joined four by four, as the probe sees it: turned by the inverse of R_world_probe.

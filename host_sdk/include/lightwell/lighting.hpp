@@ -161,8 +161,9 @@ class Lighting {
   /// Roughness is clamped: above 1 to 1, from 0 to GgxLobe::kMinRoughness to that, below 0 to 0.
   /// At 0, a mirror, the discrete lights are left out (a point has no radiance) and `lights` says
   /// so. Where there is an environment() it comes from that (environment_radiance(), between two
-  /// levels by roughness) and from the lights as caps under the GGX lobe; without one harmonics
-  /// stand for the map, soft at low roughness and not clamped, as irradiance(). invalid_query for a direction that is
+  /// levels by roughness) and from the lights as caps under the GGX lobe; without one the harmonics
+  /// stand for the map: soft at low roughness, never negative, windowed as little as keeps them from ringing, and with
+  /// an estimate of the bands that were not sent (reconstruction.hpp). invalid_query for a direction that is
   /// zero, NaN or infinite and a roughness that is not finite. Each thread keeps the lobe of the roughness it asked
   /// last: many directions at one roughness are cheaper than many roughnesses.
   [[nodiscard]] Answer<Radiance> radiance(Vec3f direction, float perceptual_roughness) const;

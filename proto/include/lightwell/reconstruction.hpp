@@ -17,9 +17,9 @@ struct RadianceReconstruction {
 
   /// The coefficients that were sent, unchanged, and in the bands that were not sent (all zero: a descriptor that is
   /// made for irradiance leaves out bands 3 and 5, and what comes above its highest) those of the distribution of
-  /// maximum entropy that has the sent ones: L = exp(sum of lambda_i Y_i), which is positive everywhere (Jaynes 1957;
-  /// for harmonics Mead & Papanicolaou 1984, "Maximum entropy in the problem of moments", eq. 2.5 to 2.10). Each
-  /// channel by itself. Coefficients of bands 5 and 6 do not enter the estimate.
+  /// maximum entropy that has the sent ones: L = exp(sum of lambda_i Y_i), which is positive everywhere (Jaynes 1957,
+  /// "Information Theory and Statistical Mechanics"). Each channel by itself. Coefficients of bands 5 and 6 do not
+  /// enter the estimate.
   RadianceSh sh;
   /// t of the window exp(-t l(l+1)) on band l, at each knot: the Gaussian of the sphere, positive and without an
   /// overshoot of its own. The same for the three channels, so that no channel is sharper than another and edges keep

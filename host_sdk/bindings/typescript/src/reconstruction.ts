@@ -50,13 +50,17 @@ function estimateGrid() {
 
 let spiral: Float64Array[] | null = null;
 
+/** Each function on a spiral of equal areas: where ringing is looked for. */
 function windowDirections(): Float64Array[] {
-  spiral ??= Array.from({ length: directions }, (_, i) => {
-    const z = 1 - (2 * i + 1) / directions;
+  if (spiral) return spiral;
+  spiral = Array.from({ length: count(maxBand) }, () => new Float64Array(directions));
+  for (let n = 0; n < directions; ++n) {
+    const z = 1 - (2 * n + 1) / directions;
     const sine = Math.sqrt(1 - z * z);
-    const phi = i * Math.PI * (3 - Math.sqrt(5));
-    return harmonicsBasis(maxBand, [sine * Math.cos(phi), sine * Math.sin(phi), z]);
-  });
+    const phi = n * Math.PI * (3 - Math.sqrt(5));
+    const y = harmonicsBasis(maxBand, [sine * Math.cos(phi), sine * Math.sin(phi), z]);
+    spiral.forEach((row, i) => { row[n] = y[i]; });
+  }
   return spiral;
 }
 
@@ -77,14 +81,15 @@ function sentBands(sh: readonly Rgb[]): boolean[] {
 /** Newton's method on the dual of maximum entropy. */
 class MaxEntropy {
   private readonly index: number[] = [];
-  private readonly y: number[][];
-  private lambda: number[];
-  private readonly flux: number[] = [];
+  private readonly y: Float64Array[];
+  private lambda: Float64Array;
+  private readonly flux: Float64Array;
 
   constructor(sent: readonly boolean[]) {
     for (let i = 0; i < count(estimateBand); ++i) if (sent[bandOf(i)]) this.index.push(i);
-    this.y = estimateGrid().y.map((y) => this.index.map((i) => y[i]));
-    this.lambda = this.index.map(() => 0);
+    this.y = estimateGrid().y.map((y) => Float64Array.from(this.index, (i) => y[i]));
+    this.flux = new Float64Array(this.y.length);
+    this.lambda = new Float64Array(this.index.length);
     this.lambda[0] = -Math.log(sphere) * Math.sqrt(sphere);
   }
 
@@ -127,15 +132,16 @@ class MaxEntropy {
     });
   }
 
-  private evaluate(lambda: readonly number[], target: readonly number[]): number {
+  private evaluate(lambda: Float64Array, target: readonly number[]): number {
     const { weight } = estimateGrid();
     let sum = 0;
-    this.y.forEach((y, n) => {
+    for (let n = 0; n < this.y.length; ++n) {
+      const y = this.y[n];
       let exponent = 0;
-      for (let a = 0; a < lambda.length; ++a) exponent += lambda[a] * y[a];
+      for (let a = 0; a < y.length; ++a) exponent += lambda[a] * y[a];
       this.flux[n] = weight[n] * Math.exp(Math.min(exponent, maxExponent));
       sum += this.flux[n];
-    });
+    }
     for (let a = 0; a < lambda.length; ++a)
       sum += lambda[a] * ((a > 0 ? ((variance / 2) * lambda[a]) / sphere : 0) - target[a]);
     return sum;
@@ -145,13 +151,15 @@ class MaxEntropy {
     const m = target.length;
     const h = target.map(() => new Float64Array(m));
     const g = new Float64Array(m);
-    this.y.forEach((y, n) => {
+    for (let n = 0; n < this.y.length; ++n) {
+      const y = this.y[n];
       for (let a = 0; a < m; ++a) {
         const q = this.flux[n] * y[a];
+        const row = h[a];
         g[a] += q;
-        for (let b = 0; b <= a; ++b) h[a][b] += q * y[b];
+        for (let b = 0; b <= a; ++b) row[b] += q * y[b];
       }
-    });
+    }
     for (let a = 0; a < m; ++a) {
       g[a] -= target[a];
       h[a][a] += 1e-12;
@@ -232,7 +240,8 @@ class WindowSearch {
       for (let i = 0; i < sh.length; ++i) {
         const c = sh[i][k] / mean;
         const row = channel[bandOf(i)];
-        for (let n = 0; n < directions; ++n) row[n] += c * spread[n][i];
+        const y = spread[i];
+        for (let n = 0; n < directions; ++n) row[n] += c * y[n];
       }
       this.channels.push(channel);
     });
@@ -240,15 +249,15 @@ class WindowSearch {
 
   blur(lobe: readonly number[], least: number): number {
     const around = positiveKernel.map((p, l) => p * lobe[l]);
-    const floors = this.channels.map((channel) => {
-      const floor = new Float64Array(directions);
-      for (let n = 0; n < directions; ++n) floor[n] = floorShare * clamp(weigh(channel, around, n), 0, 1);
-      return floor;
-    });
+    const floors = this.channels.map((channel) =>
+      weigh(channel, around, new Float64Array(directions)).map((v) => floorShare * clamp(v, 0, 1)));
+    const value = new Float64Array(directions);
     const keepsFloor = (t: number) => {
       const factor = window(t).map((w, l) => w * lobe[l]);
       return this.channels.every((channel, k) => {
-        for (let n = 0; n < directions; ++n) if (weigh(channel, factor, n) < floors[k][n]) return false;
+        const floor = floors[k];
+        weigh(channel, factor, value);
+        for (let n = 0; n < directions; ++n) if (value[n] < floor[n]) return false;
         return true;
       });
     };
@@ -264,10 +273,13 @@ class WindowSearch {
   }
 }
 
-function weigh(channel: readonly Float64Array[], factor: readonly number[], n: number): number {
-  let sum = 0;
-  for (let l = 0; l < channel.length; ++l) sum += factor[l] * channel[l][n];
-  return sum;
+function weigh(channel: readonly Float64Array[], factor: readonly number[], out: Float64Array): Float64Array {
+  out.fill(0);
+  channel.forEach((row, l) => {
+    const k = factor[l];
+    for (let n = 0; n < directions; ++n) out[n] += k * row[n];
+  });
+  return out;
 }
 
 export function reconstruct(sh: readonly Rgb[]): RadianceReconstruction {
