@@ -4,11 +4,12 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 #include <span>
 #include <string_view>
 
 #include <sys/stat.h>
+
+#include <lightwell/files.hpp>
 
 #include "camera/image_readers.hpp"
 
@@ -16,11 +17,6 @@ namespace lightwell {
 namespace {
 
 constexpr std::int64_t kMaxFileBytes = std::int64_t{1} << 30;
-
-struct CloseFile {
-  void operator()(std::FILE* f) const { std::fclose(f); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
 
 Status io_error(const std::string& path, int error) {
   const StatusCode code = error == ENOENT || error == ENOTDIR                    ? StatusCode::not_found
@@ -35,7 +31,7 @@ Result<std::vector<std::byte>> read_whole(const std::string& path) {
   if (::stat(path.c_str(), &info) != 0) return io_error(path, errno);
   if (!S_ISREG(info.st_mode)) return image_refused(path, "not a file");
   if (info.st_size > kMaxFileBytes) return image_refused(path, "larger than 1 GiB");
-  const File file(std::fopen(path.c_str(), "rb"));
+  const FilePointer file(std::fopen(path.c_str(), "rb"));
   if (!file) return io_error(path, errno);
   std::vector<std::byte> bytes(static_cast<std::size_t>(info.st_size));
   errno = 0;
@@ -84,15 +80,7 @@ Result<Image> read_image(const std::string& path) {
 Status write_png(const std::string& path, const Image& image) {
   const Result<std::vector<std::byte>> png = encode_png(image);
   if (!png) return {png.status().code(), path + ": " + png.status().message()};
-  File file(std::fopen(path.c_str(), "wb"));
-  if (!file) return io_error(path, errno);
-  errno = 0;
-  const bool written =
-      std::fwrite(png->data(), 1, png->size(), file.get()) == png->size() && std::fflush(file.get()) == 0;
-  const int error = errno;
-  // A full disk may show only when the file is closed.
-  if (std::fclose(file.release()) == 0 && written) return {};
-  return io_error(path, written ? errno : error);
+  return write_atomically(path, {reinterpret_cast<const char*>(png->data()), png->size()}, Readers::umask);
 }
 
 }  // namespace lightwell

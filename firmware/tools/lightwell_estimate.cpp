@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <numbers>
 #include <optional>
@@ -11,6 +10,7 @@
 
 #include <lightwell/codec.hpp>
 #include <lightwell/config.hpp>
+#include <lightwell/files.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
@@ -196,10 +196,7 @@ Status write_file(const std::string& path, std::string_view bytes) {
     std::cout << bytes << std::flush;
     return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
   }
-  std::ofstream out(path, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  return out ? Status() : Status(StatusCode::data_loss, path + ": cannot be written");
+  return write_atomically(path, bytes, Readers::umask);
 }
 
 void print_summary(const Descriptor& d, std::size_t bytes) {

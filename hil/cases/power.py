@@ -71,5 +71,5 @@ def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
     measured.figure("calibrations saved before", saves, "", f">= {_CUTS}")
     measured.figure("afterwards neither the old nor the new was there whole", found.count("neither"), "", "== 0")
     measured.figure("what was there", ", ".join(found))
-    left = rig.board.run("ls /var/lib/lightwell | grep -c 'rig.textproto[.]' || true").out.strip()
+    left = rig.board.run("ls -A /var/lib/lightwell | grep -c 'rig.textproto[.]' || true").out.strip()
     measured.figure("unfinished files left beside it", float(left or 0), "", f"<= {_CUTS}")

@@ -1,7 +1,7 @@
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
-#include <filesystem>
 
 #include <lightwell/recording.hpp>
 
@@ -52,35 +52,26 @@ Status write_error(const std::string& what) {
 }  // namespace
 
 Result<RecordWriter> RecordWriter::open(const std::string& path, const RecordingHeader& header) {
-  std::uint64_t keep = 0;
-  if (std::FILE* probe = std::fopen(path.c_str(), "rb")) {
-    std::fseek(probe, 0, SEEK_END);
-    const bool empty = std::ftell(probe) == 0;
-    std::fclose(probe);
-    if (!empty) {
-      Result<RecordReader> old = RecordReader::open(path);
-      if (!old)
-        return Status(StatusCode::failed_precondition,
-                      path + " is there and is no recording; it is left alone, choose another name (" +
-                          old.status().message() + ")");
-      if (old->header().kind != header.kind)
-        return Status(StatusCode::failed_precondition, path + " is a recording of another kind; choose another name");
-      Record skipped;
-      while (old->next(skipped)) {
-      }
-      keep = old->good_bytes();
+  Result<FilePointer> file = open_for_update(path);
+  if (!file) return file.status();
+  std::fseek(file->get(), 0, SEEK_END);
+  if (std::ftell(file->get()) != 0) {
+    Result<RecordReader> old = RecordReader::read_header(std::move(*file), path);
+    if (!old)
+      return Status(StatusCode::failed_precondition,
+                    path + " is there and is no recording; it is left alone, choose another name (" +
+                        old.status().message() + ")");
+    if (old->header().kind != header.kind)
+      return Status(StatusCode::failed_precondition, path + " is a recording of another kind; choose another name");
+    Record skipped;
+    while (old->next(skipped)) {
     }
+    if (const Status s = truncate_file(old->file_.get(), old->good_bytes()); !s.ok())
+      return Status(s.code(), path + ": " + s.message());
+    return RecordWriter(std::move(old->file_));
   }
-  if (keep > 0) {
-    std::error_code error;
-    std::filesystem::resize_file(path, keep, error);
-    if (error) return Status(StatusCode::data_loss, path + ": " + error.message());
-  }
-  std::FILE* file = std::fopen(path.c_str(), keep > 0 ? "ab" : "wb");
-  if (file == nullptr) return Status(StatusCode::not_found, path + ": " + std::strerror(errno));
-  RecordWriter writer(file);
-  if (keep > 0) return writer;
-  if (std::fwrite(kMagic.data(), 1, kMagic.size(), file) != kMagic.size()) return write_error(path);
+  RecordWriter writer(std::move(*file));
+  if (std::fwrite(kMagic.data(), 1, kMagic.size(), writer.file_.get()) != kMagic.size()) return write_error(path);
   const std::string message = header_message(header).SerializeAsString();
   if (const Status s = writer.append(0, bytes_of(message)); !s.ok()) return Status(s.code(), path + ": " + s.message());
   if (const Status s = writer.flush(); !s.ok()) return Status(s.code(), path + ": " + s.message());
@@ -106,9 +97,14 @@ Status RecordWriter::flush() {
 }
 
 Result<RecordReader> RecordReader::open(const std::string& path) {
+  FilePointer file(std::fopen(path.c_str(), "rb"));
+  if (!file) return Status(StatusCode::not_found, path + ": " + std::strerror(errno));
+  return read_header(std::move(file), path);
+}
+
+Result<RecordReader> RecordReader::read_header(FilePointer file, const std::string& path) {
   RecordReader reader;
-  reader.file_.reset(std::fopen(path.c_str(), "rb"));
-  if (!reader.file_) return Status(StatusCode::not_found, path + ": " + std::strerror(errno));
+  reader.file_ = std::move(file);
   std::FILE* f = reader.file_.get();
   std::fseek(f, 0, SEEK_END);
   reader.file_bytes_ = static_cast<std::uint64_t>(std::max(0L, std::ftell(f)));

@@ -7,9 +7,8 @@
 
 #include <sys/stat.h>
 
+#include <lightwell/files.hpp>
 #include <lightwell/secrets.hpp>
-
-#include "link/access/private_file.hpp"
 
 namespace lightwell {
 namespace {
@@ -123,7 +122,7 @@ Status ClientList::add(const std::string& path, ClientEntry entry, std::int64_t 
   entries->push_back(std::move(entry));
   std::string text = kHeading;
   for (const ClientEntry& e : *entries) text += line_of(e);
-  return write_private_file(path, text);
+  return write_atomically(path, text, Readers::owner);
 }
 
 }  // namespace lightwell

@@ -6,11 +6,11 @@
 #include <functional>
 #include <optional>
 
+#include <lightwell/files.hpp>
 #include <lightwell/secrets.hpp>
 
 #include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
-#include "link/access/private_file.hpp"
 
 namespace lightwell {
 namespace {
@@ -28,7 +28,7 @@ Result<std::string> kept(const std::string& path, const std::function<Result<std
   if (*there) return std::move(**there);
   Result<std::string> made = make();
   if (!made) return made;
-  if (const Status s = write_private_file(path, *made); !s.ok()) return s;
+  if (const Status s = write_atomically(path, *made, Readers::owner); !s.ok()) return s;
   return made;
 }
 
@@ -60,14 +60,14 @@ Result<Held> held(const std::string& stem, CertificateOrder order, const std::op
   if (facts->not_after_s <= renew_s) {
     certificate = issue();
     if (!certificate) return certificate.status();
-    if (const Status s = write_private_file(path, *certificate); !s.ok()) return s;
+    if (const Status s = write_atomically(path, *certificate, Readers::owner); !s.ok()) return s;
   }
   if (const Status s = at(path, check_belongs(*certificate, *key)); !s.ok()) return s;
   return Held{*certificate, *key};
 }
 
 Result<std::string> read_named(const std::string& path, const char* field) {
-  Result<std::optional<std::string>> text = read_private_file(path);
+  Result<std::optional<std::string>> text = read_named_file(path);
   if (!text) return text.status();
   if (!*text) return Status(StatusCode::not_found, path + ": there is no such file, which " + field + " names");
   return std::move(**text);

@@ -129,9 +129,9 @@ std::string to_json(const Arguments& arguments, const BoardPage& sheet) {
 
 Status write(const Arguments& arguments, const BoardPage& sheet, const std::string& path) {
   if (ends_with(path, ".png")) return write_page_png(sheet.page, arguments.dpi, path);
-  if (ends_with(path, ".svg")) return write_atomically(path, page_to_svg(sheet.page));
-  if (ends_with(path, ".yaml")) return write_atomically(path, tag_board_to_text(arguments.board));
-  return write_atomically(path, page_to_pdf(sheet.page));
+  if (ends_with(path, ".svg")) return write_output(path, page_to_svg(sheet.page));
+  if (ends_with(path, ".yaml")) return write_output(path, tag_board_to_text(arguments.board));
+  return write_output(path, page_to_pdf(sheet.page));
 }
 
 }  // namespace

@@ -249,7 +249,7 @@ int geometry_command(std::span<char* const> arguments) {
                 << fit->lenses[k].seen_rad / kDegree << " degrees from its axis; beyond, up to "
                 << rig.lenses[k].max_angle_rad / kDegree
                 << ", the model only continues: show the board nearer to the edge\n";
-  if (const Status s = write_atomically(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
+  if (const Status s = write_output(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
   if (!report.empty()) {
     std::vector<Coverage> covered;
     for (std::size_t k = 0; k < rig.lenses.size(); ++k)

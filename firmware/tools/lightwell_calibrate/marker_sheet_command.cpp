@@ -263,12 +263,12 @@ Status write(const Arguments& arguments, const MarkerBody& body, const Sheet& sh
              std::vector<std::string>& files) {
   if (is_body_file(path) || path.ends_with(".pdf")) {
     files.push_back(path);
-    return write_atomically(path, is_body_file(path) ? marker_body_to_text(body) : pages_to_pdf(sheet.pages));
+    return write_output(path, is_body_file(path) ? marker_body_to_text(body) : pages_to_pdf(sheet.pages));
   }
   for (std::size_t i = 0; i < sheet.pages.size(); ++i) {
     files.push_back(page_path(path, i, sheet.pages.size()));
     const Status s = path.ends_with(".png") ? write_page_png(sheet.pages[i], arguments.dpi, files.back())
-                                            : write_atomically(files.back(), page_to_svg(sheet.pages[i]));
+                                            : write_output(files.back(), page_to_svg(sheet.pages[i]));
     if (!s.ok()) return s;
   }
   return {};

@@ -125,7 +125,7 @@ int photometry_command(std::span<char* const> arguments) {
   // The report first: a calibration is replaced only when all else went well.
   if (!report.empty())
     if (Status s = write_report(*run, report); !s.ok()) return fail(s.message(), kBadInput);
-  if (Status s = write_atomically(output, calibration_to_text(run->rig)); !s.ok()) return fail(s.message(), kBadInput);
+  if (Status s = write_output(output, calibration_to_text(run->rig)); !s.ok()) return fail(s.message(), kBadInput);
   for (const std::string& note : run->notes) std::cerr << "lightwell-calibrate photometry: " << note << "\n";
   std::cout << (json ? json_of(*run) : text_of(*run)) << std::flush;
   return kDone;

@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <lightwell/files.hpp>
 
 #include "tools/lightwell_eval/drawing.hpp"
 
@@ -89,7 +92,9 @@ Status write_png(const Chart& chart, const std::string& path) {
     for (const Words& w : chart.words) draw(w, picture);
     cv::Mat out;
     cv::resize(picture, out, {}, kFinal / kTimes, kFinal / kTimes, cv::INTER_AREA);
-    if (cv::imwrite(path, out)) return {};
+    std::vector<unsigned char> png;
+    if (cv::imencode(".png", out, png))
+      return write_atomically(path, {reinterpret_cast<const char*>(png.data()), png.size()}, Readers::umask);
   } catch (const cv::Exception& e) {
     return {StatusCode::data_loss, "cannot write " + path + ": " + e.what()};
   }

@@ -1,8 +1,10 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
-#include <fstream>
+#include <sstream>
 #include <string_view>
+
+#include <lightwell/files.hpp>
 
 #include "tools/lightwell_eval/drawing.hpp"
 
@@ -47,7 +49,7 @@ double width_of(const std::string& text, double size, bool bold) {
 }
 
 Status write_svg(const Chart& chart, const std::string& path) {
-  std::ofstream out(path);
+  std::ostringstream out;
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << number(chart.width) << "\" height=\""
       << number(chart.height) << "\" viewBox=\"0 0 " << number(chart.width) << " " << number(chart.height)
       << "\" font-family=\"Helvetica, Arial, 'Liberation Sans', sans-serif\">\n"
@@ -79,8 +81,7 @@ Status write_svg(const Chart& chart, const std::string& path) {
     out << ">" << escaped(w.text) << "</text>\n";
   }
   out << "</svg>\n";
-  out.close();
-  return out ? Status() : Status(StatusCode::data_loss, "cannot write " + path);
+  return write_atomically(path, out.str(), Readers::umask);
 }
 
 }  // namespace lightwell::eval

@@ -6,15 +6,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
 #include <lightwell/checksum.hpp>
+#include <lightwell/files.hpp>
 #include <lightwell/pixel.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
@@ -44,11 +45,8 @@ class RecordWriter {
   [[nodiscard]] Status flush();
 
  private:
-  struct Close {
-    void operator()(std::FILE* f) const { std::fclose(f); }
-  };
-  explicit RecordWriter(std::FILE* file) : file_(file) {}
-  std::unique_ptr<std::FILE, Close> file_;
+  explicit RecordWriter(FilePointer file) : file_(std::move(file)) {}
+  FilePointer file_;
 };
 
 struct Record {
@@ -73,12 +71,11 @@ class RecordReader {
   void rewind();
 
  private:
-  struct Close {
-    void operator()(std::FILE* f) const { std::fclose(f); }
-  };
+  friend class RecordWriter;
   RecordReader() = default;
+  [[nodiscard]] static Result<RecordReader> read_header(FilePointer file, const std::string& path);
   [[nodiscard]] bool read(Record& out);
-  std::unique_ptr<std::FILE, Close> file_;
+  FilePointer file_;
   RecordingHeader header_;
   std::uint64_t first_ = 0, good_bytes_ = 0, torn_bytes_ = 0, file_bytes_ = 0;
 };

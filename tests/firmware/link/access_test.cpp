@@ -10,13 +10,14 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <lightwell/files.hpp>
 #include <lightwell/secrets.hpp>
 
 #include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
-#include "link/access/private_file.hpp"
 #include "link/access/probe_keys.hpp"
 #include "support/temp_dir.hpp"
+#include "support/trap.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -31,27 +32,6 @@ mode_t mode_of(const std::string& path) {
   struct stat s {};
   EXPECT_EQ(::stat(path.c_str(), &s), 0) << path;
   return s.st_mode & 0777;
-}
-
-uid_t owner_of(const std::string& path) {
-  struct stat s {};
-  EXPECT_EQ(::stat(path.c_str(), &s), 0) << path;
-  return s.st_uid;
-}
-
-TEST(PrivateFile, BelongsToWhoOwnsItsFolder) {
-  const TempDir folder;
-  const std::string keys = folder.path("keys");
-  ASSERT_TRUE(make_private_folder(keys).ok());
-  // As root, which `lightwelld --pair` may be started by: the daemon's user is another one.
-  constexpr uid_t kDaemon = 4711;
-  if (::geteuid() == 0) {
-    ASSERT_EQ(::chown(keys.c_str(), kDaemon, kDaemon), 0);
-  }
-  ASSERT_TRUE(write_private_file(keys + "/clients", "ann").ok());
-  EXPECT_EQ(owner_of(keys + "/clients"), ::geteuid() == 0 ? kDaemon : ::geteuid());
-  ASSERT_TRUE(FolderLock::take(keys).ok());
-  EXPECT_EQ(owner_of(keys + "/lock"), owner_of(keys));
 }
 
 class ProbeKeysTest : public ::testing::Test {
@@ -93,6 +73,31 @@ TEST_F(ProbeKeysTest, AFolderInWhichOthersMayWriteIsRefused) {
   EXPECT_THAT(refusal(), AllOf(HasSubstr(config_.keys), HasSubstr("chmod 700")));
 }
 
+/// The daemon's user owns the folder, and root's `lightwelld --pair` looks into it.
+TEST_F(ProbeKeysTest, WhatStandsInPlaceOfAFileIsNamedAndLeftAlone) {
+  (void)load();
+  const Trap trap;
+  for (const char* name : {"lock", "ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
+    const std::string path = config_.keys + "/" + name, aside = folder_.path("aside");
+    for (const TrapKind kind : kTrapKinds) {
+      std::filesystem::rename(path, aside);
+      trap.set(kind, path);
+      EXPECT_THAT(refusal(), HasSubstr(path)) << to_string(kind);
+      trap.expect_untouched(path, to_string(kind));
+      std::filesystem::remove(path);
+      std::filesystem::rename(aside, path);
+    }
+  }
+  EXPECT_FALSE(load().key.empty());
+}
+
+TEST_F(ProbeKeysTest, AFolderThatIsASymbolicLinkIsRefused) {
+  (void)load();
+  std::filesystem::create_directory_symlink(config_.keys, folder_.path("link"));
+  config_.keys = folder_.path("link");
+  EXPECT_THAT(refusal(), AllOf(HasSubstr(config_.keys), HasSubstr("symbolic link")));
+}
+
 TEST_F(ProbeKeysTest, TwoThatBeginAtOnceAgree) {
   std::vector<std::string> certificates(8);
   {
@@ -121,13 +126,13 @@ TEST_F(ProbeKeysTest, BrokenFilesAreNamed) {
   for (const char* file : {"ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
     const std::string path = config_.keys + "/" + file, good = *read_private_file(path).value();
     for (const std::string& bad : {std::string(), std::string("garbage"), good.substr(0, good.size() / 2)}) {
-      ASSERT_TRUE(write_private_file(path, bad).ok());
+      ASSERT_TRUE(write_atomically(path, bad, Readers::owner).ok());
       EXPECT_THAT(refusal(), HasSubstr(file));
     }
-    ASSERT_TRUE(write_private_file(path, good).ok());
+    ASSERT_TRUE(write_atomically(path, good, Readers::owner).ok());
   }
   const std::string other = KeyPair::make()->private_pem;
-  ASSERT_TRUE(write_private_file(config_.keys + "/probe_key.pem", other).ok());
+  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", other, Readers::owner).ok());
   EXPECT_THAT(refusal(), AllOf(HasSubstr("probe.pem"), HasSubstr("not the certificate's")));
 }
 
@@ -145,6 +150,20 @@ TEST_F(ProbeKeysTest, TheOwnersFilesTakeThePlaceAndMustFit) {
   EXPECT_THAT(refusal(), AllOf(HasSubstr("own.pem"), HasSubstr("own_key.pem"), HasSubstr("not the certificate's")));
   config_.key = folder_.path("nowhere.pem");
   EXPECT_THAT(refusal(), AllOf(HasSubstr("nowhere.pem"), HasSubstr("grpc.key")));
+}
+
+TEST_F(ProbeKeysTest, AClientIsNotWrittenThroughWhatStandsInPlaceOfTheList) {
+  const ProbeKeys keys = load();
+  const std::string public_key = public_key_of(keys.key).value();
+  const Trap trap;
+  for (const TrapKind kind : kTrapKinds) {
+    trap.set(kind, keys.client_list);
+    const Result<NewClient> client = admit_client(keys, "ann", public_key, 1, kNow);
+    EXPECT_THAT(client.status().message(), HasSubstr(keys.client_list)) << to_string(kind);
+    trap.expect_untouched(keys.client_list, to_string(kind));
+    std::filesystem::remove(keys.client_list);
+  }
+  EXPECT_TRUE(admit_client(keys, "ann", public_key, 1, kNow).ok());
 }
 
 class ClientListTest : public ::testing::Test {
@@ -191,13 +210,13 @@ TEST_F(ClientListTest, AWrongLineIsNamedAndLetsNobodyIn) {
   const std::string good = **read_private_file(path_), digest(64, 'a');
   for (const std::string& bad : {std::string("x"), digest, digest + " x 5", digest + " - tomorrow", digest + " - 5x",
                                  std::string(64, 'G') + " - 5", digest + " - 99999999999999999999"}) {
-    ASSERT_TRUE(write_private_file(path_, good + bad + "\n").ok());
+    ASSERT_TRUE(write_atomically(path_, good + bad + "\n", Readers::owner).ok());
     EXPECT_FALSE(list_.admits_token(kToken, kNow)) << bad;
     const Status s = ClientList(path_).load();
     EXPECT_EQ(s.code(), StatusCode::data_loss);
     EXPECT_THAT(s.message(), HasSubstr(path_ + ":4: "));
   }
-  ASSERT_TRUE(write_private_file(path_, good).ok());
+  ASSERT_TRUE(write_atomically(path_, good, Readers::owner).ok());
   EXPECT_TRUE(list_.admits_token(kToken, kNow)) << "mended, it counts again";
 }
 

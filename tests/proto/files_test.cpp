@@ -1,0 +1,169 @@
+// Files in folders that another user owns. Run by root the folder belongs to somebody else, as the daemon's does when
+// an administrator runs `lightwelld --pair`.
+#include <filesystem>
+#include <fstream>
+#include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <lightwell/files.hpp>
+
+#include "support/temp_dir.hpp"
+#include "support/trap.hpp"
+
+namespace lightwell::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr uid_t kDaemon = 4711;
+
+bool is_root() { return ::geteuid() == 0; }
+
+struct stat facts_of(const std::string& path) {
+  struct stat s {};
+  EXPECT_EQ(::lstat(path.c_str(), &s), 0) << path;
+  return s;
+}
+
+void give_away(const std::string& path) {
+  if (is_root()) {
+    ASSERT_EQ(::lchown(path.c_str(), kDaemon, kDaemon), 0) << path;
+  }
+}
+
+class Files : public ::testing::Test {
+ protected:
+  Files() {
+    EXPECT_TRUE(make_private_folder(keys_).ok());
+    give_away(keys_);
+  }
+  TempDir folder_;
+  Trap trap_;
+  const std::string keys_ = folder_.path("keys"), file_ = keys_ + "/token";
+};
+
+TEST_F(Files, AreForTheFoldersOwnerAlone) {
+  ASSERT_TRUE(write_atomically(file_, "secret", Readers::owner).ok());
+  ASSERT_TRUE(FolderLock::take(keys_).ok());
+  for (const std::string& path : {file_, keys_ + "/lock"}) {
+    EXPECT_EQ(facts_of(path).st_uid, facts_of(keys_).st_uid) << path;
+    EXPECT_EQ(facts_of(path).st_mode & 0777, 0600U) << path;
+  }
+  EXPECT_TRUE(FolderLock::take(keys_).ok()) << "the second time it is the owner's file";
+  EXPECT_EQ(read_private_file(file_).value(), "secret");
+}
+
+TEST_F(Files, ForEverybodyKeepTheUmask) {
+  const mode_t before = ::umask(027);
+  const Status s = write_atomically(file_, "light", Readers::umask);
+  ::umask(before);
+  ASSERT_TRUE(s.ok()) << s.message();
+  EXPECT_EQ(facts_of(file_).st_mode & 0777, 0640U);
+}
+
+TEST_F(Files, ALockIsTakenOfNoTrapAndNothingBehindItIsGivenAway) {
+  for (const TrapKind kind : kTrapKinds) {
+    const std::string lock = keys_ + "/lock";
+    trap_.set(kind, lock);
+    // A hard link has the owner of what it leads to.
+    if (kind != TrapKind::hard_link) give_away(lock);
+    const Result<FolderLock> taken = FolderLock::take(keys_);
+    EXPECT_THAT(taken.status().message(), HasSubstr(lock)) << to_string(kind);
+    trap_.expect_untouched(lock, to_string(kind));
+    std::filesystem::remove(lock);
+  }
+}
+
+TEST_F(Files, NoTrapIsRead) {
+  for (const TrapKind kind : kTrapKinds) {
+    trap_.set(kind, file_);
+    EXPECT_THAT(read_private_file(file_).status().message(), HasSubstr(file_)) << to_string(kind);
+    std::filesystem::remove(file_);
+  }
+  EXPECT_EQ(read_private_file(file_).value(), std::nullopt) << "no file is no error";
+}
+
+TEST_F(Files, ARecordingIsWrittenThroughNoTrap) {
+  for (const TrapKind kind : {TrapKind::hard_link, TrapKind::fifo, TrapKind::folder}) {
+    trap_.set(kind, file_);
+    EXPECT_THAT(open_for_update(file_).status().message(), HasSubstr(file_)) << to_string(kind);
+    trap_.expect_untouched(file_, to_string(kind));
+    std::filesystem::remove(file_);
+  }
+  EXPECT_TRUE(open_for_update("/dev/null").ok());
+}
+
+TEST_F(Files, WhatIsWrittenReplacesNoTrapButAHardLinksName) {
+  for (const TrapKind kind : {TrapKind::fifo, TrapKind::folder}) {
+    trap_.set(kind, file_);
+    EXPECT_THAT(write_atomically(file_, "x", Readers::owner).message(), HasSubstr(file_)) << to_string(kind);
+    trap_.expect_untouched(file_, to_string(kind));
+    std::filesystem::remove(file_);
+  }
+  trap_.set(TrapKind::hard_link, file_);
+  EXPECT_TRUE(write_atomically(file_, "x", Readers::owner).ok());
+  trap_.expect_untouched(file_, "hard link");
+  EXPECT_EQ(read_private_file(file_).value(), "x");
+  // A device is written to: with root's rights a rename would put a file in its place.
+  EXPECT_TRUE(write_atomically("/dev/null", "x", Readers::umask).ok());
+  EXPECT_TRUE(S_ISCHR(facts_of("/dev/null").st_mode));
+}
+
+/// What the daemon's user points elsewhere, root does not follow; what root or the user himself did, he does.
+TEST_F(Files, ALinkOnTheWayIsFollowedWhereItsMakerIsTrusted) {
+  const std::string elsewhere = folder_.path("elsewhere"), link = keys_ + "/link";
+  ASSERT_TRUE(make_private_folder(elsewhere).ok());
+  std::filesystem::create_directory_symlink(elsewhere, link);
+  EXPECT_TRUE(write_atomically(link + "/a", "x", Readers::owner).ok());
+  EXPECT_EQ(read_named_file(link + "/a").value(), "x");
+  std::filesystem::create_symlink(elsewhere + "/a", file_);
+  EXPECT_EQ(read_named_file(file_).value(), "x");
+  if (!is_root()) return;
+  give_away(link);
+  give_away(file_);
+  for (const Status& s :
+       {write_atomically(link + "/a", "y", Readers::owner), read_named_file(link + "/a").status(),
+        open_for_update(link + "/b").status(), make_private_folder(link + "/c"), FolderLock::take(link).status(),
+        read_named_file(file_).status(), write_atomically(file_, "y", Readers::umask), open_for_update(file_).status()})
+    EXPECT_THAT(s.message(), HasSubstr("another user made"));
+  EXPECT_EQ(read_named_file(elsewhere + "/a").value(), "x");
+  EXPECT_FALSE(std::filesystem::exists(elsewhere + "/lock"));
+}
+
+TEST_F(Files, AFolderThatIsALinkAFileOrSomebodyElsesIsRefused) {
+  std::filesystem::create_directory_symlink(keys_, folder_.path("link"));
+  EXPECT_THAT(make_private_folder(folder_.path("link")).message(), AllOf(HasSubstr("link"), HasSubstr("no folder")));
+  EXPECT_THAT(make_private_folder(folder_.write("file", "x")).message(), HasSubstr("no folder"));
+  EXPECT_TRUE(make_private_folder(keys_ + "/new/keys").ok());
+  EXPECT_EQ(facts_of(keys_ + "/new/keys").st_mode & 0777, 0700U);
+}
+
+TEST_F(Files, AFolderIsReplacedWholeAndNothingIsLeftBeside) {
+  const std::string folder = folder_.path("store/probe");
+  std::filesystem::create_directory(folder_.path("store"));
+  for (const char* text : {"old", "new"}) {
+    const Result<std::string> made = make_folder_beside(folder);
+    ASSERT_TRUE(made.ok()) << made.status().message();
+    ASSERT_TRUE(write_atomically(*made + "/token", text, Readers::owner).ok());
+    ASSERT_TRUE(replace_folder(*made, folder).ok());
+    EXPECT_EQ(read_private_file(folder + "/token").value(), text);
+  }
+  std::size_t entries = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path("store"))) {
+    EXPECT_EQ(entry.path(), folder);
+    ++entries;
+  }
+  EXPECT_EQ(entries, 1U);
+}
+
+TEST_F(Files, AboveAMebibyteAreNotRead) {
+  ASSERT_TRUE(write_atomically(file_, std::string((1 << 20) + 1, 'x'), Readers::owner).ok());
+  EXPECT_EQ(read_private_file(file_).status().code(), StatusCode::resource_exhausted);
+}
+
+}  // namespace
+}  // namespace lightwell::test
