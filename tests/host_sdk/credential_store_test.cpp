@@ -1,14 +1,31 @@
 // What a client keeps of the probes that it was paired with, as files.
 #include "core/credential_store.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <unistd.h>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
 
 #include "support/temp_dir.hpp"
+
+namespace {
+/// What was told to reach the disk since it was cleared; a folder by its path, a file too. Null: nobody asks.
+std::vector<std::string>* flushed = nullptr;
+}  // namespace
+
+/// In the place of the C library's.
+extern "C" int fsync(int descriptor) {
+  if (flushed != nullptr)
+    flushed->push_back(std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(descriptor)).string());
+  return static_cast<int>(::syscall(SYS_fsync, descriptor));
+}
 
 namespace lightwell::core {
 namespace {
@@ -90,6 +107,37 @@ TEST_F(CredentialStore, PairedAgainAProbeReplacesItself) {
   EXPECT_EQ(token_for("attic:7420"), "a-new-one");
   for (const auto& entry : std::filesystem::directory_iterator(default_credential_store()))
     EXPECT_EQ(entry.path().string(), first) << "nothing is left beside it";
+}
+
+/// A power cut cannot be had here; that each step was told to reach the disk before the next can be.
+TEST_F(CredentialStore, OutlastsAPowerCut) {
+  namespace fs = std::filesystem;
+  for (const char* round : {"the first", "the second, over the first"}) {
+    std::vector<std::string> paths;
+    flushed = &paths;
+    const std::string folder = keep(files_of(kAttic, "attic", "attic:7420"));
+    flushed = nullptr;
+    ASSERT_FALSE(paths.empty()) << round;
+    EXPECT_EQ(paths.back(), fs::canonical(default_credential_store())) << round << ": the folder's name comes last";
+    const std::string made = fs::path(paths.front()).parent_path();
+    EXPECT_EQ(std::count(paths.begin(), paths.end(), made), 6) << round << ": the name of each file";
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      // Under the name that it had before it was in its place.
+      const std::string name = entry.path().filename();
+      EXPECT_TRUE(std::any_of(paths.begin(), paths.end(),
+                              [&](const std::string& path) { return path.starts_with(made + "/." + name + "."); }))
+          << round << ": " << name;
+    }
+  }
+}
+
+TEST_F(CredentialStore, AFileThatWouldWaitForAWriterIsNamed) {
+  ProbeCredentials given;
+  given.folder = keep(files_of(kAttic, "attic", "attic:7420"));
+  const std::string token = given.folder + "/token";
+  std::filesystem::remove(token);
+  ASSERT_EQ(::mkfifo(token.c_str(), 0600), 0);
+  EXPECT_THAT(credentials_for(given, {"attic:7420", Transport::tls}).status().message(), HasSubstr(token));
 }
 
 TEST_F(CredentialStore, AnAddressBelongsToWhomWasPairedWithLast) {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include <lightwell/files.hpp>
 #include <lightwell/secrets.hpp>
 
 namespace lightwell {
@@ -58,7 +58,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxBytes = 64 * 1024;
 constexpr const char* kPinned = "probe_ca.pem";
 constexpr const char* kClientCertificate = "client.pem";
 constexpr const char* kClientKey = "client_key.pem";
@@ -66,25 +65,25 @@ constexpr const char* kToken = "token";
 constexpr const char* kName = "name";
 constexpr const char* kAddress = "address";
 
-/// Empty where there is none.
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  return text.size() > kMaxBytes ? std::string() : text;
-}
+/// As people edit such files.
+std::string first_line(const std::string& text) { return text.substr(0, text.find_first_of("\r\n")); }
 
-/// The first line, as people edit such files.
+/// Empty where there is none that can be read.
 std::string line_of(const fs::path& path) {
-  const std::string text = text_of(path);
-  return text.substr(0, text.find_first_of("\r\n"));
+  const Result<std::optional<std::string>> text = read_named_file(path.string());
+  return text.ok() && *text ? first_line(**text) : std::string();
 }
 
 Result<ProbeCredentials> read_folder(const fs::path& folder) {
   ProbeCredentials out;
-  out.pinned = text_of(folder / kPinned);
-  out.client_certificate = text_of(folder / kClientCertificate);
-  out.client_key = text_of(folder / kClientKey);
-  out.token = line_of(folder / kToken);
+  for (const auto& [name, into] :
+       {std::pair(kPinned, &out.pinned), std::pair(kClientCertificate, &out.client_certificate),
+        std::pair(kClientKey, &out.client_key), std::pair(kToken, &out.token)}) {
+    Result<std::optional<std::string>> text = read_named_file((folder / name).string());
+    if (!text.ok()) return text.status();
+    if (*text) *into = std::move(**text);
+  }
+  out.token = first_line(out.token);
   if (out.pinned.empty())
     return Status(StatusCode::not_found,
                   (folder / kPinned).string() + ": there is no such file; `lightwell pair` writes it");
@@ -119,36 +118,17 @@ Result<ProbeCredentials> look_up(const std::string& host_port) {
                                     known);
 }
 
-Status write_file(const fs::path& path, const std::string& text) {
-  {
-    std::ofstream file(path, std::ios::binary);
-    file << text << std::flush;
-    if (!file) return {StatusCode::resource_exhausted, path.string() + ": cannot be written"};
-  }
-  std::error_code error;
-  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write, error);
-  if (error) return {StatusCode::internal, path.string() + ": " + error.message()};
-  return {};
-}
-
-/// In a new folder that nobody else can enter.
-Result<fs::path> write_beside(const std::string& store, const PairedFiles& files) {
-  std::string name = store + "/.new.XXXXXX";
-  if (::mkdtemp(name.data()) == nullptr)
-    return Status(StatusCode::failed_precondition, store + ": no folder can be made there");
-  const fs::path folder(name);
+/// Into a new folder that nobody else can enter.
+Status write_files(const fs::path& folder, const PairedFiles& files) {
   const ProbeCredentials& c = files.credentials;
   for (const auto& [file, text] : {std::pair(kPinned, c.pinned), std::pair(kClientCertificate, c.client_certificate),
                                    std::pair(kClientKey, c.client_key), std::pair(kToken, c.token),
                                    std::pair(kName, files.name), std::pair(kAddress, files.address)}) {
     if (text.empty()) continue;
-    const Status s = write_file(folder / file, text.ends_with('\n') ? text : text + "\n");
-    if (s.ok()) continue;
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-    return s;
+    const std::string line = text.ends_with('\n') ? text : text + "\n";
+    if (Status s = write_atomically((folder / file).string(), line, Readers::owner); !s.ok()) return s;
   }
-  return folder;
+  return {};
 }
 
 }  // namespace
@@ -169,14 +149,15 @@ Result<std::string> keep_credentials(const std::string& store, const PairedFiles
   std::error_code error;
   fs::create_directories(store, error);
   if (error) return Status(StatusCode::failed_precondition, store + ": cannot be made: " + error.message());
-  const Result<fs::path> made = write_beside(store, files);
-  if (!made.ok()) return made.status();
   const fs::path folder = fs::path(store) / to_hex(*digest).substr(0, 16);
-  const fs::path old = made->string() + ".old";
-  fs::rename(folder, old, error);  // fails where there is none, which is as good
-  fs::rename(*made, folder, error);
-  if (error) return Status(StatusCode::failed_precondition, folder.string() + ": " + error.message());
-  fs::remove_all(old, error);
+  const Result<std::string> made = make_folder_beside(folder.string());
+  if (!made.ok()) return made.status();
+  Status kept = write_files(*made, files);
+  if (kept.ok()) kept = replace_folder(*made, folder.string());
+  if (!kept.ok()) {
+    fs::remove_all(*made, error);
+    return kept;
+  }
   for (const fs::path& other : folders_of(store))
     if (other != folder && !files.address.empty() && line_of(other / kAddress) == files.address)
       fs::remove(other / kAddress, error);
