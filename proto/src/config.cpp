@@ -201,10 +201,26 @@ EstimatorConfig at_setting(EstimatorConfig config) {
   return config;
 }
 
+Result<MqttAddress> MqttConfig::address() const {
+  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
+  Result<MqttAddress> out = parse_mqtt_address(uri);
+  if (!out) return bad("uri: " + out.status().message());
+  const bool tls = out->transport == MqttTransport::tls;
+  if (security > LinkSecurity::mutual_tls) return bad("security is not known");
+  if (security == LinkSecurity::plain && tls) return bad("security: plain text contradicts mqtts://; leave one out");
+  if (security >= LinkSecurity::tls && !tls) return bad("security: TLS wants an address that begins with mqtts://");
+  if (security == LinkSecurity::mutual_tls && certificate_file.empty())
+    return bad("certificate_file is missing, which LINK_SECURITY_MUTUAL_TLS demands");
+  if (security == LinkSecurity::plain) out->plain_login = PlainLogin::allowed;
+  if (const Status s = check_plain_login(*out); !login_file.empty() && !s.ok())
+    return bad("login_file: " + s.message());
+  return out;
+}
+
 Status MqttConfig::validate() const {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
-  const Result<MqttAddress> address = parse_mqtt_address(uri);
-  if (!address) return bad("uri: " + address.status().message());
+  const Result<MqttAddress> address = this->address();
+  if (!address) return address.status();
   if (certificate_file.empty() != key_file.empty())
     return bad("certificate_file and key_file come together or not at all");
   if (address->transport == MqttTransport::plain && !(ca_file.empty() && certificate_file.empty()))
@@ -304,6 +320,7 @@ MqttConfig mqtt_of(const v1::MqttConfig& m) {
   out.key_file = m.key_file();
   out.login_file = m.login_file();
   out.client_id = m.client_id();
+  out.security = static_cast<LinkSecurity>(m.security());
   return out;
 }
 

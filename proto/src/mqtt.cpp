@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 
 #include <lightwell/mqtt.hpp>
@@ -7,6 +8,7 @@ namespace {
 
 constexpr std::string_view kPlain = "mqtt://";
 constexpr std::string_view kTls = "mqtts://";
+constexpr std::string_view kPlainLogin = "?security=plain";
 constexpr std::size_t kMaxBase = 200;
 constexpr std::size_t kMaxReplyTopic = 256;
 
@@ -46,6 +48,12 @@ Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base) {
   } else {
     return refused(uri, "it begins with neither mqtt:// nor mqtts://");
   }
+  if (rest.ends_with(kPlainLogin)) {
+    if (out.transport == MqttTransport::tls)
+      return refused(uri, "?security=plain contradicts mqtts://, which is TLS: leave one of them out");
+    out.plain_login = PlainLogin::allowed;
+    rest.remove_suffix(kPlainLogin.size());
+  }
   const std::size_t slash = rest.find('/');
   std::string_view authority = rest.substr(0, slash);
   std::string_view topic = slash == std::string_view::npos ? std::string_view() : rest.substr(slash + 1);
@@ -82,6 +90,35 @@ Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base) {
   if (topic.empty() && base == MqttBase::needed) return refused(uri, "no topic");
   out.base = topic;
   return out;
+}
+
+bool is_loopback_host(std::string_view host) {
+  // A name that begins with 127. is none of these: it has letters.
+  const bool four = host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string_view::npos;
+  return four || host == "::1" || host == "localhost";
+}
+
+Status check_plain_login(const MqttAddress& address) {
+  if (address.transport == MqttTransport::tls || address.plain_login == PlainLogin::allowed ||
+      is_loopback_host(address.host))
+    return {};
+  return {StatusCode::invalid_argument,
+          "user name and password would go to '" + address.host +
+              "' in plain text, for everyone on the network to read: use TLS (mqtts://), or, on a network that you "
+              "trust, ask for plain text by name: in a probe's configuration mqtt.security: LINK_SECURITY_PLAIN, in a "
+              "client's address " +
+              address.uri() + std::string(kPlainLogin)};
+}
+
+std::pair<std::string, std::string> mqtt_login_of(std::string_view text) {
+  const auto take_line = [&] {
+    std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return std::string(line);
+  };
+  std::string user = take_line();
+  return {std::move(user), take_line()};
 }
 
 bool is_reply_topic(const MqttTopics& topics, std::string_view topic) {

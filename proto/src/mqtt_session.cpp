@@ -140,6 +140,7 @@ std::string MqttSession::configure(mosquitto* client) const {
   mosquitto_subscribe_v5_callback_set(client, Callbacks::subscribed);
   mosquitto_log_callback_set(client, Callbacks::log);
   int rc = MOSQ_ERR_SUCCESS;
+  if (const Status s = check_plain_login(options_.address); !login.user.empty() && !s.ok()) return s.message();
   if (!login.user.empty()) rc = mosquitto_username_pw_set(client, login.user.c_str(), or_null(login.password));
   if (rc != MOSQ_ERR_SUCCESS) return std::string("user name or password: ") + mosquitto_strerror(rc);
   if (options_.address.transport == MqttTransport::tls) {

@@ -7,11 +7,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <lightwell/discover.hpp>
+#include <lightwell/mqtt_session.hpp>
+
 #include "host_sdk/probe_at_broker.hpp"
 
 namespace lightwell::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST(MqttSource, FollowsAProbeByItsClock) {
@@ -183,6 +187,30 @@ TEST(MqttSource, TakesNoCommands) {
     EXPECT_EQ(refused.code(), StatusCode::failed_precondition);
     EXPECT_THAT(refused.message(), HasSubstr("grpc://"));
   }
+}
+
+TEST(MqttSource, ALoginGoesOverPlainTextOnlyWhereTheAddressAsksForIt) {
+  // An address that nobody has (RFC 5737): what is refused is refused before anybody is called.
+  ProbeOptions options = patient();
+  options.mqtt.user = "ann";
+  options.mqtt.password = "s3cret";
+  const Status s = Probe::connect("mqtt://192.0.2.1/venue/attic", options).status();
+  EXPECT_EQ(s.code(), StatusCode::invalid_argument);
+  EXPECT_THAT(s.message(), AllOf(HasSubstr("mqtts://"), HasSubstr("/venue/attic?security=plain")));
+  EXPECT_EQ(discover({.broker = "mqtt://192.0.2.1/venue", .credentials = options.mqtt}).status().code(),
+            StatusCode::invalid_argument);
+  options.connect_timeout = {100 * kMs};
+  EXPECT_EQ(Probe::connect("mqtt://192.0.2.1/venue/attic?security=plain", options).status().code(),
+            StatusCode::unavailable);
+  // The session is the last to see it, whoever made it.
+  std::string lost;
+  MqttSession::Options session;
+  session.address = *parse_mqtt_address("mqtt://192.0.2.1/venue/attic");
+  session.login = {.client_id = "ann", .user = "ann", .password = "s3cret"};
+  session.retry_min = session.retry_max = session.connect_timeout = {kMs};
+  session.on_lost = [&](const std::string& why) { lost = why; };
+  MqttSession(session).turn({kMs});
+  EXPECT_THAT(lost, HasSubstr("?security=plain"));
 }
 
 TEST(MqttSource, ComesInWithTlsAndAPasswordAndNotWithout) {

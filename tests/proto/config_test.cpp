@@ -191,6 +191,27 @@ TEST(Config, ABrokerThatCannotWorkIsRefusedByField) {
       << "who names an authority means TLS";
 }
 
+TEST(Config, ALoginGoesOverPlainTextOnlyWhereThatIsAskedForByName) {
+  const auto parsed = [](const std::string& mqtt) {
+    return parse_config("camera { uri: \"sim:city\" } mqtt { " + mqtt + " }", "probe.textproto");
+  };
+  const std::string login = " login_file: \"login\" ", plain = "uri: \"mqtt://broker/a\"";
+  const std::string refusal = parsed(plain + login).status().message();
+  for (const char* part : {"mqtt.login_file", "'broker'", "mqtts://", "LINK_SECURITY_PLAIN"})
+    EXPECT_NE(refusal.find(part), std::string::npos) << refusal;
+  for (const std::string& good :
+       {plain, plain + login + "security: LINK_SECURITY_PLAIN", "uri: \"mqtt://broker/a?security=plain\"" + login,
+        "uri: \"mqtts://broker/a\"" + login, "uri: \"mqtt://127.0.0.1/a\"" + login, "uri: \"mqtt://[::1]/a\"" + login,
+        "uri: \"mqtt://localhost/a\"" + login})
+    EXPECT_TRUE(parsed(good).ok()) << good << ": " << parsed(good).status().message();
+  for (const std::string& bad :
+       {std::string("uri: \"mqtts://broker/a\" security: LINK_SECURITY_PLAIN"), plain + " security: LINK_SECURITY_TLS",
+        "uri: \"mqtts://broker/a?security=plain\"" + login, "uri: \"mqtt://127.broker/a\"" + login,
+        std::string("uri: \"mqtts://broker/a\" security: LINK_SECURITY_MUTUAL_TLS"),
+        std::string("uri: \"mqtts://broker/a\" security: 9")})
+    EXPECT_FALSE(parsed(bad).ok()) << bad;
+}
+
 TEST(Config, TellsWhetherThereIsAUsbLinkAndWhere) {
   EXPECT_FALSE(parse_config("camera { uri: \"x:\" }", "x")->usb_gadget.has_value());
   EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget {}", "x")->usb_gadget->ffs, "/dev/ffs-lightwell");

@@ -56,6 +56,25 @@ TEST(MqttTopics, AnAnswerGoesBelowTheProbesOwnReplyTopicAlone) {
   EXPECT_FALSE(is_reply_topic(topics, topics.replies + std::string(300, 'a')));
 }
 
+TEST(MqttAddress, SaysWhetherALoginMayGoOverPlainText) {
+  const Result<MqttAddress> plain = parse_mqtt_address("mqtt://broker/venue/attic?security=plain");
+  ASSERT_TRUE(plain.ok()) << plain.status().message();
+  EXPECT_EQ(plain->base, "venue/attic");
+  EXPECT_TRUE(check_plain_login(*plain).ok());
+  EXPECT_EQ(plain->uri(), "mqtt://broker:1883/venue/attic") << "who is told of it decides for himself";
+  const Status refused = check_plain_login(*parse_mqtt_address("mqtt://broker/venue/attic"));
+  EXPECT_EQ(refused.code(), StatusCode::invalid_argument);
+  EXPECT_NE(refused.message().find("mqtt://broker:1883/venue/attic?security=plain"), std::string::npos);
+}
+
+TEST(MqttLogin, IsTheFirstTwoLines) {
+  using Login = std::pair<std::string, std::string>;
+  EXPECT_EQ(mqtt_login_of("ann\ns3cret\n"), Login("ann", "s3cret"));
+  EXPECT_EQ(mqtt_login_of("ann\r\ns3cret"), Login("ann", "s3cret"));
+  EXPECT_EQ(mqtt_login_of("ann"), Login("ann", ""));
+  EXPECT_EQ(mqtt_login_of(""), Login("", ""));
+}
+
 TEST(StatusMessage, CarriesWhatAProbeIsAndCounts) {
   StatusSnapshot s = test::FakeCommands().status();
   s.probe_id = 0xFFFFFFFF;

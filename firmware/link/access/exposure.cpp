@@ -3,6 +3,8 @@
 #include <charconv>
 #include <string>
 
+#include <lightwell/mqtt.hpp>
+
 namespace lightwell {
 namespace {
 
@@ -23,12 +25,7 @@ bool is_host_and_port(std::string_view listen) {
   return error == std::errc() && stop == end && port <= 65535;
 }
 
-bool is_loopback(std::string_view listen) {
-  const std::string_view host = host_of(listen);
-  // A name that begins with 127. is none of these: it has letters.
-  const bool four = host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string_view::npos;
-  return four || host == "::1" || host == "localhost";
-}
+bool is_loopback(std::string_view listen) { return is_loopback_host(host_of(listen)); }
 
 Status check_exposure(const GrpcConfig& config) {
   if (config.security != LinkSecurity::unspecified || is_loopback(config.listen)) return {};

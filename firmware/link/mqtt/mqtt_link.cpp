@@ -4,11 +4,13 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <fstream>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <tuple>
 #include <utility>
 
+#include <lightwell/files.hpp>
 #include <lightwell/mqtt_session.hpp>
 #include <lightwell/status_codec.hpp>
 #include <lightwell/time.hpp>
@@ -173,19 +175,19 @@ class Worker {
 };
 
 Status check_readable(const std::string& field, const std::string& path) {
-  if (path.empty() || std::ifstream(path).good()) return {};
-  return {StatusCode::not_found,
-          "mqtt." + field + ": " + path + " cannot be read; is it there, and may lightwelld read it?"};
+  if (path.empty()) return {};
+  const Result<std::optional<std::string>> text = read_named_file(path);
+  if (!text) return {text.status().code(), "mqtt." + field + ": " + text.status().message()};
+  if (*text) return {};
+  return {StatusCode::not_found, "mqtt." + field + ": " + path + ": there is no such file"};
 }
 
 /// First line, second line.
 Status read_login(const std::string& path, MqttLogin& login) {
   if (path.empty()) return {};
-  std::ifstream file(path);
-  std::getline(file, login.user);
-  std::getline(file, login.password);
-  for (std::string* line : {&login.user, &login.password})
-    if (line->ends_with('\r')) line->pop_back();
+  const Result<std::optional<std::string>> text = read_named_file(path);
+  if (!text) return {text.status().code(), "mqtt.login_file: " + text.status().message()};
+  std::tie(login.user, login.password) = mqtt_login_of(text->value_or(""));
   if (login.user.empty())
     return {StatusCode::invalid_argument, "mqtt.login_file: " + path + ": the first line, the user name, is empty"};
   if (login.user.size() > 1024 || login.password.size() > 1024)
@@ -203,7 +205,7 @@ class MqttLink final : public Link {
 
   Status start() override {
     if (Status s = config_.validate(); !s.ok()) return s;
-    const Result<MqttAddress> address = parse_mqtt_address(config_.uri);
+    const Result<MqttAddress> address = config_.address();
     if (!address) return address.status();
     for (const auto& [field, path] : {std::pair{"ca_file", config_.ca_file},
                                       {"certificate_file", config_.certificate_file},

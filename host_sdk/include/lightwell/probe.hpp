@@ -50,6 +50,8 @@ struct MqttCredentials {
   std::string ca_file;
   /// Our own certificate and its key (without a pass phrase), where the broker asks for one.
   std::string certificate_file, key_file;
+  /// They go over mqtts:// and to a broker on this machine; over mqtt:// elsewhere only where the address ends in
+  /// `?security=plain`, for everyone on the network could read them.
   std::string user, password;
 
   /// invalid_argument names the field, not_found the file.

@@ -12,8 +12,11 @@ namespace lightwell {
 Status DiscoverOptions::validate() const {
   if (timeout.ns <= 0 || timeout > Duration::from_seconds(3600))
     return {StatusCode::invalid_argument, "DiscoverOptions: timeout must be above zero, an hour at most"};
-  if (!broker.empty())
-    if (Status status = parse_mqtt_address(broker, MqttBase::optional).status(); !status.ok()) return status;
+  if (!broker.empty()) {
+    const Result<MqttAddress> address = parse_mqtt_address(broker, MqttBase::optional);
+    if (!address.ok()) return address.status();
+    if (Status status = check_plain_login(*address); !credentials.user.empty() && !status.ok()) return status;
+  }
   return credentials.validate();
 }
 

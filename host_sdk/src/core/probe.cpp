@@ -120,6 +120,8 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
 Result<Probe> Probe::connect_at_broker(const MqttAddress& broker, [[maybe_unused]] const ProbeOptions& options,
                                        [[maybe_unused]] std::unique_ptr<Impl> impl) {
 #ifdef LIGHTWELL_HAVE_MQTT
+  if (const Status s = check_plain_login(broker); !options.mqtt.user.empty() && !s.ok())
+    return Status(s.code(), broker.uri() + ": " + s.message());
   impl->source = core::make_mqtt_source(broker, options, impl->intake);
   const Status described = impl->intake.wait_until_described(options.connect_timeout);
   if (!described.ok()) return Status(described.code(), broker.uri() + ": " + described.message());

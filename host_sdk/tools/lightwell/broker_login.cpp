@@ -1,7 +1,11 @@
 #include "broker_login.hpp"
 
 #include <cstdlib>
-#include <fstream>
+#include <optional>
+#include <tuple>
+
+#include <lightwell/files.hpp>
+#include <lightwell/mqtt.hpp>
 
 namespace lightwell::tool {
 namespace {
@@ -14,12 +18,10 @@ std::string environment(const char* name) {
 }  // namespace
 
 Status read_login(const std::string& path, MqttCredentials& credentials) {
-  std::ifstream file(path);
-  if (!file) return {StatusCode::not_found, path + " cannot be read"};
-  std::getline(file, credentials.user);
-  std::getline(file, credentials.password);
-  for (std::string* line : {&credentials.user, &credentials.password})
-    if (line->ends_with('\r')) line->pop_back();
+  const Result<std::optional<std::string>> text = read_named_file(path);
+  if (!text.ok()) return text.status();
+  if (!*text) return {StatusCode::not_found, path + ": there is no such file"};
+  std::tie(credentials.user, credentials.password) = mqtt_login_of(**text);
   if (credentials.user.empty())
     return {StatusCode::invalid_argument, path + ": the first line is the user, the second the password"};
   return {};

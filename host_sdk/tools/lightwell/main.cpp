@@ -31,7 +31,8 @@ constexpr const char* kExamples = R"(Examples:
   lightwell watch grpcs://probe.local                    from then on
 
 A broker that asks is shown what these environment variables name, each a file:
-LIGHTWELL_MQTT_CA, _CERTIFICATE, _KEY, and _LOGIN of two lines, user and password.
+LIGHTWELL_MQTT_CA, _CERTIFICATE, _KEY, and _LOGIN of two lines, user and password. A login goes over
+mqtts://; over mqtt:// to another machine only where the address ends in ?security=plain.
 
 Exit codes: 0 ok, 1 nothing was received, 2 usage, 3 unreachable, 4 a file or the probe
 refused.)";

@@ -10,6 +10,7 @@
 
 #include <lightwell/calibration.hpp>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/mqtt.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
@@ -105,20 +106,23 @@ struct UsbGadgetConfig {
   std::string ffs = "/dev/ffs-lightwell";  ///< Where FunctionFS is mounted.
 };
 
+enum class LinkSecurity : std::uint8_t { unspecified = 0, plain = 1, tls = 2, mutual_tls = 3 };
+
 /// Meanings: config.proto. Paths are empty where there is none.
 struct MqttConfig {
   std::string uri;
   std::string ca_file{}, certificate_file{}, key_file{}, login_file{};
   std::string client_id{};  ///< Empty: "lightwell-" and the probe's name.
+  LinkSecurity security = LinkSecurity::unspecified;
 
+  /// The address of `uri`, with what `security` allows. invalid_argument as validate().
+  [[nodiscard]] Result<MqttAddress> address() const;
   /// invalid_argument names the field.
   [[nodiscard]] Status validate() const;
 };
 
 /// Whether a probe is announced by multicast DNS.
 enum class Mdns : std::uint8_t { off = 1, on = 2 };
-
-enum class LinkSecurity : std::uint8_t { unspecified = 0, plain = 1, tls = 2, mutual_tls = 3 };
 
 /// The network link. Meanings and defaults: config.proto.
 struct GrpcConfig {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <lightwell/result.hpp>
 
@@ -26,6 +27,8 @@ inline constexpr std::size_t kMaxMqttStatusBytes = 4096;
 inline constexpr std::size_t kMaxMqttCorrelationBytes = 64;
 
 enum class MqttTransport : std::uint8_t { plain, tls };
+/// Whether user name and password may go to a broker without TLS. One on this machine gets them in any case.
+enum class PlainLogin : std::uint8_t { refused, allowed };
 
 struct MqttAddress {
   MqttTransport transport = MqttTransport::plain;
@@ -34,15 +37,25 @@ struct MqttAddress {
   std::string
       base;  ///< "venue/probe"; never a wildcard, no slash at either end. May be empty for who looks for probes.
 
-  /// "mqtts://broker:8883/venue/probe", the port always there.
+  PlainLogin plain_login = PlainLogin::refused;
+
+  /// "mqtts://broker:8883/venue/probe", the port always there, without an option: who reads it elsewhere decides anew.
   [[nodiscard]] std::string uri() const;
 };
 
 enum class MqttBase : std::uint8_t { needed, optional };
 
-/// `mqtt://host[:port]/base/topic`, `mqtts://...` with TLS. invalid_argument tells what would be right: a wildcard, an
+/// `mqtt://host[:port]/base/topic`, `mqtts://...` with TLS; `?security=plain` at the end allows a plain login.
+/// invalid_argument tells what would be right: a wildcard, an
 /// empty level, a control character, a level that begins with '$' at the front, a user name or a password are refused.
 [[nodiscard]] Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base = MqttBase::needed);
+
+/// invalid_argument, with the remedy, where a login would go over a network in plain text and nobody said that it may.
+[[nodiscard]] Status check_plain_login(const MqttAddress& address);
+/// The first two lines of a login's file: user name and password.
+[[nodiscard]] std::pair<std::string, std::string> mqtt_login_of(std::string_view text);
+/// 127.0.0.0/8, ::1 and localhost: reached from this machine alone.
+[[nodiscard]] bool is_loopback_host(std::string_view host);
 
 /// Topics below a probe's base.
 struct MqttTopics {

@@ -252,7 +252,10 @@ TEST_F(MqttLinkTest, AConfigurationThatCannotWorkRefusesToStart) {
   EXPECT_EQ(missing.code(), StatusCode::not_found);
   EXPECT_THAT(missing.message(), HasSubstr("/no/such.pem"));
   const TempDir folder;
-  const Status empty = refusal({.uri = "mqtt://broker/venue/attic", .login_file = folder.write("login", "\nsecret\n")});
+  const Status plain = refusal({.uri = "mqtt://broker/venue/attic", .login_file = folder.write("login", "ann\nx\n")});
+  EXPECT_THAT(plain.message(), HasSubstr("LINK_SECURITY_PLAIN"));
+  const Status empty =
+      refusal({.uri = "mqtts://broker/venue/attic", .login_file = folder.write("login", "\nsecret\n")});
   EXPECT_THAT(empty.message(), HasSubstr("user name"));
 }
 
