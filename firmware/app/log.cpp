@@ -3,13 +3,15 @@
 #include <cstdlib>
 #include <iostream>
 
+#include <lightwell/printable.hpp>
+
 namespace lightwell {
 namespace {
 
 void write(const char* journal_prefix, const char* plain_prefix, const std::string& line) {
   // systemd sets JOURNAL_STREAM for a service whose stderr is the journal.
   static const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
-  std::cerr << (journal ? journal_prefix : plain_prefix) << line << std::endl;
+  std::cerr << (journal ? journal_prefix : plain_prefix) << printable(line) << std::endl;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include <lightwell/advertisement.hpp>
+#include <lightwell/printable.hpp>
 
 namespace lightwell {
 namespace {
@@ -17,36 +18,6 @@ constexpr std::size_t kMaxVersion = 32;
 
 Status wrong(std::string_view key, std::string_view why) {
   return {StatusCode::invalid_argument, "TXT record: " + std::string(key) + ": " + std::string(why)};
-}
-
-/// Bytes of the UTF-8 character (RFC 3629) that begins here; 0 where none does.
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(text[i])); };
-  const unsigned first = byte(0);
-  if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
-                             : first >= 0xE0 && first < 0xF0 ? 3
-                             : first >= 0xF0 && first < 0xF5 ? 4
-                                                             : 0;
-  if (length == 0 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(i) & 0xC0U) != 0x80U) return 0;
-  // Overlong forms, surrogates, and what lies beyond U+10FFFF.
-  if ((first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) >= 0xA0)) return 0;
-  if ((first == 0xF0 && byte(1) < 0x90) || (first == 0xF4 && byte(1) >= 0x90)) return 0;
-  return length;
-}
-
-/// C0 and C1 controls and DEL: what a terminal obeys. And the marks that turn the direction of text, which make a name
-/// look like another one.
-bool is_control(std::string_view character) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
-  if (character.size() == 1) return byte(0) < 0x20 || byte(0) == 0x7F;
-  if (character.size() == 2) return byte(0) == 0xC2 && byte(1) < 0xA0;
-  if (character.size() == 3 && byte(0) == 0xE2)
-    return (byte(1) == 0x80 && (byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE))) ||
-           (byte(1) == 0x81 && byte(2) >= 0xA6 && byte(2) <= 0xA9);
-  return false;
 }
 
 std::string hex(std::uint32_t value) {
@@ -151,26 +122,6 @@ Result<Advertisement> advertisement_from_txt(const std::vector<std::string>& txt
     const auto security = value("sec" + std::to_string(i));
     if (security != "none" && security != "tls") return wrong("sec" + std::to_string(i), "it must be none or tls");
     out.links.push_back({std::string(*link), std::string(*security)});
-  }
-  return out;
-}
-
-std::string printable(std::string_view text) {
-  std::string out;
-  while (!text.empty()) {
-    const std::size_t length = utf8_length(text);
-    const std::size_t taken = length == 0 ? 1 : length;
-    const std::string_view character = text.substr(0, taken);
-    if (length != 0 && !is_control(character)) {
-      out += character;
-    } else {
-      for (const char c : character) {
-        std::array<char, 5> escaped{};
-        std::snprintf(escaped.data(), escaped.size(), "\\x%02x", static_cast<unsigned>(static_cast<unsigned char>(c)));
-        out += escaped.data();
-      }
-    }
-    text.remove_prefix(taken);
   }
   return out;
 }

@@ -146,6 +146,22 @@ TEST_F(Cli, ReplayLists) {
   EXPECT_THAT(json.out, HasSubstr("\"sequence\":\"25\""));
 }
 
+TEST_F(Cli, WhatAProbeSaysOfItselfCommandsNoTerminalAndForgesNoLine) {
+  {
+    Result<RecordWriter> writer =
+        RecordWriter::open(copy(), {RecordingKind::descriptors, "attic\nfirmware     9.9", "0.0.2\x1b[2J\u202E", {}});
+    ASSERT_TRUE(writer.ok());
+    const std::string bytes = test::encoded(test::numbered(1, 10'000'000));
+    ASSERT_TRUE(writer->append(10'000'000, test::as_bytes(bytes)).ok());
+  }
+  const std::string uri = "'replay:" + copy() + "?speed=0'";
+  const std::string text = run("info " + uri).out, json = run("info " + uri + " --json").out;
+  EXPECT_THAT(text, HasSubstr("name         attic\\x0afirmware     9.9 ("));
+  EXPECT_THAT(text, HasSubstr("0.0.2\\x1b[2J\\xe2\\x80\\xae\n"));
+  EXPECT_THAT(json, HasSubstr(R"("name":"attic\u000afirmware     9.9")"));
+  EXPECT_THAT(json, HasSubstr(R"("version":"0.0.2\u001b[2J\u202e")"));
+}
+
 TEST_F(Cli, SaysWhetherAMapIsThere) {
   const std::string uri = "'replay:" + recording() + "?speed=0'";
   EXPECT_THAT(run("info " + uri).out, HasSubstr("no map"));

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/advertisement.hpp>
+#include <lightwell/printable.hpp>
 
 namespace lightwell {
 namespace {
@@ -106,6 +107,11 @@ TEST(Printable, KeepsLettersAndShowsTheRest) {
   EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(printable("\xFF"), "\\xff");
   EXPECT_EQ(printable("\xE2\x82"), "\\xe2\\x82");
+  EXPECT_EQ(printable("ann\n<3>lightwelld: error"), "ann\\x0a<3>lightwelld: error");
+  EXPECT_EQ(printable("\x1b[2J\x7f\xC2\x9B"), "\\x1b[2J\\x7f\\xc2\\x9b");
+  for (const char* mark : {"\u202E", "\u2066", "\u200F", "\u061C", "\u2028"})
+    EXPECT_EQ(printable(mark).front(), '\\') << printable(mark);
+  EXPECT_EQ(printable("\u0627\u4E2D\U0001F600"), "\u0627\u4E2D\U0001F600") << "letters of any language stay";
 }
 
 }  // namespace

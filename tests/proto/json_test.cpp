@@ -11,7 +11,12 @@ TEST(JsonString, IsQuotedAndWhatWouldEndOrBreakItIsEscaped) {
   EXPECT_EQ(json_string(std::string_view("a\0b", 3)), R"("a\u0000b")");
 }
 
-TEST(JsonString, Utf8IsLeftAsItIs) { EXPECT_EQ(json_string("Büro \x7f"), "\"Büro \x7f\""); }
+TEST(JsonString, Utf8IsLeftAsItIs) { EXPECT_EQ(json_string("Büro \u4E2D"), "\"Büro \u4E2D\""); }
+
+TEST(JsonString, HoldsNothingThatATerminalObeysOrThatIsNoUtf8) {
+  EXPECT_EQ(json_string("\x1b[2J\x7f\xC2\x9B\u202E"), R"("\u001b[2J\u007f\u009b\u202e")");
+  EXPECT_EQ(json_string("a\xFF\xE2\x82"), R"("a\ufffd\ufffd\ufffd")");
+}
 
 }  // namespace
 }  // namespace lightwell

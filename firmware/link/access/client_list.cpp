@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include <lightwell/files.hpp>
+#include <lightwell/printable.hpp>
 #include <lightwell/secrets.hpp>
 
 namespace lightwell {
@@ -115,10 +116,7 @@ Status ClientList::add(const std::string& path, ClientEntry entry, std::int64_t 
   if (entries->size() >= kMaxClients)
     return {StatusCode::resource_exhausted, path + ": 256 clients are paired; delete lines of those that are gone"};
   // The name comes from the other side: it must not begin a line of its own.
-  std::replace_if(
-      entry.name.begin(), entry.name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; },
-      ' ');
-  entry.name.resize(std::min<std::size_t>(entry.name.size(), 64));
+  entry.name = printable(entry.name.substr(0, 64));
   entries->push_back(std::move(entry));
   std::string text = kHeading;
   for (const ClientEntry& e : *entries) text += line_of(e);

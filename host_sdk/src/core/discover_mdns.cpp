@@ -10,6 +10,7 @@
 #include <avahi-common/strlst.h>
 
 #include <lightwell/advertisement.hpp>
+#include <lightwell/printable.hpp>
 
 #include "core/discover_ways.hpp"
 

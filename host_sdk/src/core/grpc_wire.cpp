@@ -8,6 +8,8 @@
 #include <grpcpp/support/channel_arguments.h>
 #include <grpcpp/support/slice.h>
 
+#include <lightwell/printable.hpp>
+
 #include "core/mdns_host.hpp"
 
 namespace lightwell::core {
@@ -83,7 +85,7 @@ std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port,
 
 Status status_of(const grpc::Status& status) {
   if (status.ok()) return {};
-  return {code_of(status.error_code()), explained(status.error_message())};
+  return {code_of(status.error_code()), explained(printable(status.error_message()))};
 }
 
 std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer, std::vector<std::byte>& storage) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/printable.hpp>
 
 #include "core/sample.hpp"
 
@@ -109,7 +110,7 @@ void Intake::note_link(std::uint64_t lost, std::uint64_t refused) {
 void Intake::refuse(const std::string& why) {
   const std::lock_guard lock(mutex_);
   ++stats_.undecodable;
-  stats_.last_error = why;
+  stats_.last_error = printable(why);
 }
 
 void Intake::set_state(LinkState state) {
@@ -125,7 +126,7 @@ void Intake::set_state(LinkState state) {
 
 void Intake::report_error(const std::string& error) {
   const std::lock_guard lock(mutex_);
-  stats_.last_error = error;
+  stats_.last_error = printable(error);
 }
 
 Lighting Intake::latest(HostTime now) const {

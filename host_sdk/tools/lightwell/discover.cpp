@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <string>
 
-#include <lightwell/advertisement.hpp>
 #include <lightwell/discover.hpp>
+#include <lightwell/printable.hpp>
 
 #include "broker_login.hpp"
 #include "commands.hpp"

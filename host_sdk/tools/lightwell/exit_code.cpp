@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <string>
 
+#include <lightwell/printable.hpp>
+
 namespace lightwell::tool {
 namespace {
 
@@ -22,7 +24,7 @@ ExitCode code_of(StatusCode code) {
 }  // namespace
 
 int fail(ExitCode code, std::string_view message) {
-  std::fprintf(stderr, "lightwell: %s\n", std::string(message).c_str());
+  std::fprintf(stderr, "lightwell: %s\n", printable(message).c_str());
   return code;
 }
 

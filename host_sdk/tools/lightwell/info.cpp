@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include <lightwell/printable.hpp>
 #include <lightwell/probe.hpp>
 
 #include "commands.hpp"
@@ -75,9 +76,9 @@ int run_info(const InfoOptions& options) {
                 at.x, at.y, at.z, ahead.x, ahead.y, ahead.z, up.x, up.y, up.z);
   }
   const auto wide = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  std::printf("name         %s (%08x)\n", info.name.c_str(), info.id);
-  std::printf("firmware     %s\n", info.version.c_str());
-  std::printf("camera       %s, calibration %08x\n", info.camera.c_str(), info.calibration_id);
+  std::printf("name         %s (%08x)\n", printable(info.name).c_str(), info.id);
+  std::printf("firmware     %s\n", printable(info.version).c_str());
+  std::printf("camera       %s, calibration %08x\n", printable(info.camera).c_str(), info.calibration_id);
   std::printf("clock        %.3f ms ahead of this host's, +-%.3f ms\n", info.clock_offset.milliseconds(),
               info.clock_uncertainty.milliseconds());
   std::printf("frames       %llu, lost %llu, captures dropped %llu, brackets incomplete %llu\n", wide(counters.frames),

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <lightwell/pair.hpp>
+#include <lightwell/printable.hpp>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
@@ -45,9 +46,9 @@ int run_pair(const PairCommand& command) {
     std::printf("%s\n", line.str().c_str());
     return kOk;
   }
-  std::printf("paired with %s until %s\n", paired->name.c_str(), day_of(paired->expires_s).c_str());
+  std::printf("paired with %s until %s\n", printable(paired->name).c_str(), day_of(paired->expires_s).c_str());
   std::printf("credentials  %s\n", paired->folder.c_str());
-  if (!paired->uri.empty()) std::printf("try          lightwell info %s\n", paired->uri.c_str());
+  if (!paired->uri.empty()) std::printf("try          lightwell info %s\n", printable(paired->uri).c_str());
   return kOk;
 }
 

@@ -47,8 +47,4 @@ struct Advertisement {
 /// invalid_argument names the key: what is missing, malformed, too long, not printable, or of another txtvers.
 [[nodiscard]] Result<Advertisement> advertisement_from_txt(const std::vector<std::string>& txt);
 
-/// `text` for a terminal: control characters, and bytes that are no UTF-8, as \xNN. Whoever prints what came from a
-/// network prints this.
-[[nodiscard]] std::string printable(std::string_view text);
-
 }  // namespace lightwell

@@ -6,19 +6,8 @@
 
 namespace lightwell {
 
-/// With quotes, escaped (RFC 8259, 7).
-[[nodiscard]] inline std::string json_string(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') out += '\\';
-    if (code < 0x20)
-      out += {'\\', 'u', '0', '0', kDigits[code >> 4], kDigits[code & 15]};
-    else
-      out += c;
-  }
-  return out + '"';
-}
+/// With quotes, escaped (RFC 8259, 7); what printable() escapes, too, so that JSON does no harm at a terminal. A byte
+/// that is no UTF-8 becomes U+FFFD.
+[[nodiscard]] std::string json_string(std::string_view text);
 
 }  // namespace lightwell
