@@ -24,6 +24,9 @@ from .waits import say
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SOURCES = REPOSITORY / "hil/image"
+# The unit that is installed with the firmware. The board has it in its root, because systemd looks for it before the
+# firmware's disk is mounted; what differs there is a drop-in below hil/image/root.
+UNIT = REPOSITORY / "firmware/app/service/lightwelld.service.in"
 # What is compiled against, and not run.
 NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/perl5", "usr/lib/aarch64-linux-gnu/perl",
                   "usr/lib/aarch64-linux-gnu/perl-base", "usr/share/cmake", "usr/lib/aarch64-linux-gnu/cmake",
@@ -160,6 +163,8 @@ def _fill_root(root: Path, packages: Path, known: Keys) -> None:
     for source in sorted((SOURCES / "root").rglob("*")):
         if source.is_file():
             _replace(root / source.relative_to(SOURCES / "root"), source.read_text(encoding="utf-8"))
+    unit = UNIT.read_text(encoding="utf-8").replace("@LIGHTWELLD@", "/opt/lightwell/bin/lightwelld")
+    _replace(root / "usr/lib/systemd/system/lightwelld.service", unit)
     set_units(root, SOURCES / "units")
     _replace(root / "etc/ssh/ssh_host_ed25519_key", known.host.read_text(encoding="ascii"), 0o600)
     _replace(root / "etc/ssh/authorized_keys", known.client.with_suffix(".pub").read_text(encoding="ascii"))
@@ -286,7 +291,7 @@ def base() -> Base:
         shutil.rmtree(root)
 
     # The folder's own number: a sysroot that was made again has newer packages under the same name.
-    key = cache.digest([packages.name, str(packages.stat().st_ino), SOURCES, Path(__file__),
+    key = cache.digest([packages.name, str(packages.stat().st_ino), SOURCES, UNIT, Path(__file__),
                         known.client.with_suffix(".pub"), known.host.with_suffix(".pub")])
     return Base(cache.kept("board-base", key, make))
 

@@ -206,7 +206,7 @@ TEST(MqttSource, ALoginGoesOverPlainTextOnlyWhereTheAddressAsksForIt) {
   std::string lost;
   MqttSession::Options session;
   session.address = *parse_mqtt_address("mqtt://192.0.2.1/venue/attic");
-  session.login = {.client_id = "ann", .user = "ann", .password = "s3cret"};
+  session.login = {"ann", "ann", "s3cret", {}, {}, {}};
   session.retry_min = session.retry_max = session.connect_timeout = {kMs};
   session.on_lost = [&](const std::string& why) { lost = why; };
   MqttSession(session).turn({kMs});

@@ -218,6 +218,24 @@ TEST(Config, TellsWhetherThereIsAUsbLinkAndWhere) {
   EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget { ffs: \"/run/f\" }", "x")->usb_gadget->ffs, "/run/f");
 }
 
+/// The one that is installed, as it is and with each of its examples.
+TEST(Config, ThatIsInstalledIsReadAndSoAreItsExamples) {
+  const Result<Config> installed = load_config(LIGHTWELL_CONFIGURATION);
+  ASSERT_TRUE(installed.ok()) << installed.status().message();
+  EXPECT_EQ(installed->grpc.listen, "127.0.0.1:7420");
+  std::ifstream file(LIGHTWELL_CONFIGURATION);
+  int examples = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("#:")) continue;
+    ++examples;
+    const std::string example = line.substr(2);
+    const std::string camera = example.starts_with("camera") ? "" : "camera { uri: \"sim:city\" }\n";
+    const Result<Config> read = parse_config(camera + example, "probe.textproto");
+    EXPECT_TRUE(read.ok()) << read.status().message();
+  }
+  EXPECT_GE(examples, 5);
+}
+
 TEST(Config, OfAMissingFileNamesIt) {
   const auto c = load_config("/nonexistent/probe.textproto");
   EXPECT_EQ(c.status().code(), StatusCode::not_found);
