@@ -150,9 +150,11 @@ EstimatorConfig Pipeline::estimator() const {
   return config_;
 }
 
-Status Pipeline::set_estimator(const EstimatorConfig& config) {
-  if (Status s = config.validate(kind_); !s.ok()) return s;
+Status Pipeline::update_estimator(const EstimatorUpdate& update) {
+  // Read, changed and written under one lock: clients of several links may change fields at once.
   const std::lock_guard lock(mutex_);
+  const EstimatorConfig config = updated(config_, update);
+  if (Status s = config.validate(kind_); !s.ok()) return s;
   config_ = config;
   config_changed_ = true;
   return {};

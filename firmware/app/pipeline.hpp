@@ -56,7 +56,7 @@ class Pipeline final : public Commands {
   [[nodiscard]] StatusSnapshot status() const override;
   [[nodiscard]] EstimatorConfig estimator() const override;
   [[nodiscard]] EstimatorKind estimator_kind() const override { return kind_; }
-  [[nodiscard]] Status set_estimator(const EstimatorConfig& config) override;
+  [[nodiscard]] Status update_estimator(const EstimatorUpdate& update) override;
   [[nodiscard]] Result<double> report_lux(double lux, Vec3d normal) override;
 
  private:

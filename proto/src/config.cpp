@@ -8,7 +8,7 @@
 #include <lightwell/config.hpp>
 #include <lightwell/mqtt.hpp>
 
-#include "lightwell/v1/config.pb.h"
+#include "config_message.hpp"
 #include "text_message.hpp"
 
 namespace lightwell {
@@ -20,72 +20,6 @@ constexpr std::array kKinds = {EstimatorKind::panorama, EstimatorKind::marker};
 
 Status refuse(const std::string& field, const std::string& value, const std::string& what) {
   return {StatusCode::invalid_argument, "estimator." + field + " is " + value + "; it must be " + what};
-}
-
-v1::EstimatorConfig message_of(const EstimatorConfig& e) {
-  v1::EstimatorConfig m;
-  m.set_band(static_cast<std::uint32_t>(e.band));
-  m.set_max_lights(static_cast<std::uint32_t>(e.max_lights));
-  m.set_setting(static_cast<v1::Setting>(e.setting));
-  v1::PanoramaEstimatorConfig& panorama = *m.mutable_panorama();
-  panorama.set_light_threshold(e.panorama.light_threshold);
-  panorama.set_epsilon(e.panorama.epsilon);
-  panorama.set_radiance_epsilon(e.panorama.radiance_epsilon);
-  panorama.set_unseen(static_cast<v1::UnseenFill>(e.panorama.unseen));
-  panorama.set_smoothing(static_cast<v1::Smoothing>(e.panorama.smoothing));
-  panorama.set_environment_edge(static_cast<std::uint32_t>(e.panorama.environment_edge));
-  panorama.set_environment_rate(e.panorama.environment_rate);
-  v1::MarkerEstimatorConfig& marker = *m.mutable_marker();
-  marker.set_decimation(e.marker.decimation);
-  marker.set_search_decimation(e.marker.search_decimation);
-  marker.set_max_faces(static_cast<std::uint32_t>(e.marker.max_faces));
-  return m;
-}
-
-void update(EstimatorConfig& e, const v1::EstimatorConfig& m) {
-  if (m.has_band()) e.band = static_cast<int>(m.band());
-  if (m.has_max_lights()) e.max_lights = static_cast<int>(m.max_lights());
-  if (m.has_setting()) e.setting = static_cast<Setting>(m.setting());
-  const v1::PanoramaEstimatorConfig& panorama = m.panorama();
-  if (panorama.has_light_threshold()) e.panorama.light_threshold = panorama.light_threshold();
-  if (panorama.has_epsilon()) e.panorama.epsilon = panorama.epsilon();
-  if (panorama.has_radiance_epsilon()) e.panorama.radiance_epsilon = panorama.radiance_epsilon();
-  if (panorama.has_unseen()) e.panorama.unseen = static_cast<UnseenFill>(panorama.unseen());
-  if (panorama.has_smoothing()) e.panorama.smoothing = static_cast<Smoothing>(panorama.smoothing());
-  if (panorama.has_environment_edge()) e.panorama.environment_edge = static_cast<int>(panorama.environment_edge());
-  if (panorama.has_environment_rate()) e.panorama.environment_rate = panorama.environment_rate();
-  const v1::MarkerEstimatorConfig& marker = m.marker();
-  if (marker.has_decimation()) e.marker.decimation = marker.decimation();
-  if (marker.has_search_decimation()) e.marker.search_decimation = marker.search_decimation();
-  if (marker.has_max_faces()) e.marker.max_faces = static_cast<int>(marker.max_faces());
-}
-
-/// Moves deprecated fields into the message that has them by the same name and type now, unless they are set there.
-/// By reflection, as their accessors warn whoever compiles them.
-std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind kind) {
-  std::vector<std::string> warnings;
-  v1::PanoramaEstimatorConfig& to = *m.mutable_panorama();
-  const pb::Reflection &from_fields = *m.GetReflection(), &to_fields = *to.GetReflection();
-  std::vector<const pb::FieldDescriptor*> set;
-  from_fields.ListFields(m, &set);
-  for (const pb::FieldDescriptor* old : set) {
-    if (!old->options().deprecated()) continue;
-    const std::string& name = old->name();
-    const pb::FieldDescriptor* now = to.GetDescriptor()->FindFieldByName(name);
-    warnings.push_back(kind == EstimatorKind::panorama
-                           ? "estimator." + name + " is deprecated: write estimator { panorama { " + name + " } }"
-                           : "estimator." + name +
-                                 " does nothing: it is an option of the panorama estimator, and the " +
-                                 std::string(to_string(kind)) + " estimator runs; leave it out");
-    if (kind != EstimatorKind::panorama || to_fields.HasField(to, now)) continue;
-    if (old->cpp_type() == pb::FieldDescriptor::CPPTYPE_DOUBLE)
-      to_fields.SetDouble(&to, now, from_fields.GetDouble(m, old));
-    else if (old->cpp_type() == pb::FieldDescriptor::CPPTYPE_ENUM)
-      to_fields.SetEnumValue(&to, now, from_fields.GetEnumValue(m, old));
-    else
-      to_fields.SetUInt32(&to, now, from_fields.GetUInt32(m, old));
-  }
-  return warnings;
 }
 
 }  // namespace
@@ -326,17 +260,6 @@ MqttConfig mqtt_of(const v1::MqttConfig& m) {
 
 }  // namespace
 
-std::string encode_config(const EstimatorConfig& config) { return message_of(config).SerializeAsString(); }
-
-Result<UpdatedConfig> updated_config(const EstimatorConfig& config, std::string_view message, EstimatorKind kind) {
-  v1::EstimatorConfig m;
-  if (!m.ParseFromArray(message.data(), static_cast<int>(message.size())))
-    return Status(StatusCode::data_loss, "estimator: not a protobuf message");
-  UpdatedConfig out{config, move_deprecated(m, kind)};
-  update(out.config, m);
-  return out;
-}
-
 Result<Config> parse_config(std::string_view text, const std::string& name, const std::string& camera_uri,
                             std::optional<EstimatorKind> estimator) {
   v1::Config m;
@@ -352,9 +275,9 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   c.calibration = m.calibration();
   c.mounting = m.mounting();
   const EstimatorKind kind = estimator.value_or(m.has_marker() ? EstimatorKind::marker : EstimatorKind::panorama);
-  for (const std::string& warning : move_deprecated(*m.mutable_estimator(), kind))
-    c.warnings.push_back(name + ": " + warning);
-  update(c.estimator, m.estimator());
+  const ReceivedUpdate set = update_of(m.estimator(), kind);
+  for (const std::string& warning : set.warnings) c.warnings.push_back(name + ": " + warning);
+  c.estimator = updated({}, set.update);
   c.grpc = grpc_of(m.grpc());
   c.record_path = m.record().path();
   c.budget_ms = m.budget_ms();

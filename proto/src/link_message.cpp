@@ -63,6 +63,9 @@ Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkRespon
       if (scale) response.mutable_report_lux()->set_scale(*scale);
       return scale.status();
     }
+    case v1::LinkRequest::kGetConfig:
+      answer_get_config(commands, *response.mutable_get_config());
+      return {};
     case v1::LinkRequest::ASK_NOT_SET:
       break;
   }
@@ -79,22 +82,24 @@ void encode_info_request(std::uint32_t id, std::vector<std::byte>& out) {
   serialize(m, out);
 }
 
-void encode_set_estimator_request(std::uint32_t id, const EstimatorConfig& config, std::vector<std::byte>& out) {
+void encode_get_config_request(std::uint32_t id, std::vector<std::byte>& out) {
   v1::LinkRequest m;
   m.set_id(id);
-  // Of one build: what encode_config() writes is an EstimatorConfig.
-  m.mutable_set_config()->mutable_config()->mutable_estimator()->ParseFromString(encode_config(config));
+  m.mutable_get_config();
+  serialize(m, out);
+}
+
+void encode_set_config_request(std::uint32_t id, const EstimatorUpdate& update, std::vector<std::byte>& out) {
+  v1::LinkRequest m;
+  m.set_id(id);
+  fill_set_config(update, *m.mutable_set_config());
   serialize(m, out);
 }
 
 void encode_report_lux_request(std::uint32_t id, double lux, Vec3d normal, std::vector<std::byte>& out) {
   v1::LinkRequest m;
   m.set_id(id);
-  v1::ReportLuxRequest& ask = *m.mutable_report_lux();
-  ask.set_lux(lux);
-  ask.set_normal_x(normal.x);
-  ask.set_normal_y(normal.y);
-  ask.set_normal_z(normal.z);
+  fill_report_lux(lux, normal, *m.mutable_report_lux());
   serialize(m, out);
 }
 
@@ -123,6 +128,13 @@ Result<LinkResponse> decode_link_response(std::span<const std::byte> bytes) {
     return out;
   }
   if (m.has_info()) out.info = InfoAnswer{status_of(m.info()), {static_cast<std::int64_t>(m.info().clock_now_ns())}};
+  if (m.has_get_config() || m.set_config().has_now()) {
+    const Result<EstimatorState> state = state_of(m.has_get_config() ? m.get_config() : m.set_config().now());
+    if (state)
+      out.estimator = *state;
+    else
+      out.status = state.status();
+  }
   if (m.has_report_lux()) out.scale = m.report_lux().scale();
   return out;
 }

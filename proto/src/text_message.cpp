@@ -78,12 +78,21 @@ std::string suggestion(const std::string& error, const pb::Descriptor* root) {
   const std::string wrong = between(error, "no field named \"", "\"");
   const pb::Descriptor* type = find_type(root, between(error, "Message type \"", "\""), seen);
   if (wrong.empty() || type == nullptr) return {};
+  std::vector<std::string> names;
+  for (int i = 0; i < type->field_count(); ++i) names.push_back(type->field(i)->name());
+  return nearest_name(wrong, names);
+}
+
+}  // namespace
+
+std::string nearest_name(std::string_view wrong, const std::vector<std::string>& names) {
   std::string nearest, all;
   std::size_t smallest = std::string::npos;
-  for (int i = 0; i < type->field_count(); ++i) {
-    const std::string& name = type->field(i)->name();
-    all += (i == 0 ? "" : ", ") + name;
-    if (const std::size_t d = edit_distance(wrong, name); d < smallest) {
+  for (const std::string& name : names) {
+    all += (all.empty() ? "" : ", ") + name;
+    // Who leaves out what stands before the last dot means the same name.
+    const std::size_t d = std::min(edit_distance(wrong, name), edit_distance(wrong, name.substr(name.rfind('.') + 1)));
+    if (d < smallest) {
       smallest = d;
       nearest = name;
     }
@@ -94,8 +103,6 @@ std::string suggestion(const std::string& error, const pb::Descriptor* root) {
     return " (nearest known name: '" + nearest + "'; known: " + all + ")";
   return " (did you mean '" + nearest + "'?)";
 }
-
-}  // namespace
 
 Result<std::string> read_text_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

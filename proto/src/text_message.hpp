@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <google/protobuf/message.h>
 
@@ -16,5 +17,8 @@ namespace lightwell {
 /// Fills `message`. Errors: "NAME:LINE:COLUMN: what; did you mean 'nearest'?".
 [[nodiscard]] Status parse_text_message(std::string_view text, const std::string& name,
                                         google::protobuf::Message& message);
+
+/// For the end of a message about a name that is none of `names`: " (did you mean 'nearest'?)".
+[[nodiscard]] std::string nearest_name(std::string_view wrong, const std::vector<std::string>& names);
 
 }  // namespace lightwell

@@ -171,26 +171,35 @@ TEST(Usb, DescriptorsAnswersAndCommandsGoThroughTheCable) {
 
   EstimatorConfig config;
   config.band = 3;
-  const Status set = usb.source->set_estimator(config);
+  const Status set = usb.source->change_estimator(all_fields(config));
   EXPECT_TRUE(set.ok()) << set.message();
   EXPECT_EQ(usb.commands.estimator().band, 3);
   const Result<double> scale = usb.source->report_lux(200, {0, 0, 1});
   ASSERT_TRUE(scale.ok()) << scale.status().message();
   EXPECT_EQ(*scale, 400);
+  // What another link's client changed stands beside what this one changes.
+  ASSERT_TRUE(usb.commands.update_estimator({.max_lights = 5}).ok());
+  EXPECT_TRUE(usb.source->change_estimator({.panorama = {.epsilon = 0.02}}).ok());
+  config.max_lights = 5;
+  config.panorama.epsilon = 0.02;
+  const Result<EstimatorState> told = usb.source->estimator();
+  ASSERT_TRUE(told.ok()) << told.status().message();
+  EXPECT_EQ(told->config, config);
+  EXPECT_EQ(told->kind, EstimatorKind::panorama);
   config.band = 99;
-  EXPECT_EQ(usb.source->set_estimator(config).code(), StatusCode::invalid_argument);
+  EXPECT_EQ(usb.source->change_estimator(all_fields(config)).code(), StatusCode::invalid_argument);
 }
 
 TEST(Usb, WithoutAProbeCommandsFailAndTheLastLightStays) {
   ProbeOptions o = options();
   o.connect_timeout = Duration::from_seconds(0.2);
   Usb usb(2, o);
-  EXPECT_EQ(usb.source->set_estimator({}).code(), StatusCode::unavailable);
+  EXPECT_EQ(usb.source->change_estimator({}).code(), StatusCode::unavailable);
   usb.cable.plug_in();
   ASSERT_TRUE(usb.settles());
   usb.cable.pull_out();
   ASSERT_TRUE(comes_true("the host waits", [&] { return usb.intake->stats().state != LinkState::connected; }));
-  EXPECT_EQ(usb.source->set_estimator({}).code(), StatusCode::unavailable);
+  EXPECT_EQ(usb.source->change_estimator({}).code(), StatusCode::unavailable);
   EXPECT_EQ(usb.intake->latest({monotonic_now_ns()}).descriptor().sequence, usb.newest_arrived);
   EXPECT_NE(usb.intake->stats().last_error, "");
   ASSERT_TRUE(comes_true("the probe knows that nobody listens", [&] { return usb.link->counters().clients == 0; }));

@@ -67,9 +67,20 @@ class FakeProbe::Service final : public Raw {
     return new Stream(script);  // deletes itself, as gRPC's reactors do
   }
 
-  grpc::Status SetConfig(grpc::ServerContext*, const v1::SetConfigRequest* request, v1::SetConfigResponse*) override {
+  grpc::Status SetConfig(grpc::ServerContext*, const v1::SetConfigRequest* request,
+                         v1::SetConfigResponse* response) override {
     const std::lock_guard lock(mutex);
     config = *request;
+    if (firmware == Firmware::present) response->mutable_now()->set_kind(v1::ESTIMATOR_KIND_PANORAMA);
+    return grpc::Status::OK;
+  }
+
+  grpc::Status GetConfig(grpc::ServerContext* context, const v1::GetConfigRequest* request,
+                         v1::GetConfigResponse* response) override {
+    const std::lock_guard lock(mutex);
+    if (firmware == Firmware::old) return Raw::GetConfig(context, request, response);
+    response->set_kind(v1::ESTIMATOR_KIND_PANORAMA);
+    if (config) *response->mutable_estimator() = config->config().estimator();
     return grpc::Status::OK;
   }
 
@@ -88,6 +99,7 @@ class FakeProbe::Service final : public Raw {
   std::int64_t clock_offset_ns = 0;
   std::optional<v1::Mounting> mounting;
   Answering answering = Answering::yes;
+  Firmware firmware = Firmware::present;
   std::optional<v1::SetConfigRequest> config;
   std::optional<v1::ReportLuxRequest> lux;
 };
@@ -130,6 +142,11 @@ void FakeProbe::set_clock_offset_ns(std::int64_t offset_ns) {
 void FakeProbe::set_mounting(const v1::Mounting& mounting) {
   const std::lock_guard lock(service_->mutex);
   service_->mounting = mounting;
+}
+
+void FakeProbe::set_firmware(Firmware firmware) {
+  const std::lock_guard lock(service_->mutex);
+  service_->firmware = firmware;
 }
 
 void FakeProbe::set_answering(Answering answering) {

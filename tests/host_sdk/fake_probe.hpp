@@ -40,6 +40,10 @@ class FakeProbe {
   /// What Info says of where the probe hangs; nothing at first.
   void set_mounting(const v1::Mounting& mounting);
 
+  enum class Firmware { present, old };
+  /// An old one has no GetConfig, and does not say what holds after SetConfig.
+  void set_firmware(Firmware firmware);
+
   enum class Answering { yes, no };
   /// While no, Info is not answered and the streams that exist say nothing: a probe that hangs.
   void set_answering(Answering answering);

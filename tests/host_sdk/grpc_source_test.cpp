@@ -291,6 +291,32 @@ TEST(GrpcSource, CommandsReachTheProbe) {
   EXPECT_NE(dark.status().message().find("too dark"), std::string::npos);
 }
 
+TEST(GrpcSource, AChangeSendsItsFieldsAlone) {
+  FakeProbe fake;
+  Result<Probe> probe = Probe::connect(fake.uri(), options());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  const Status changed = probe->change_estimator({.panorama = {.epsilon = 0.02}});
+  EXPECT_TRUE(changed.ok()) << changed.message();
+  ASSERT_TRUE(fake.last_config());
+  v1::Config only;
+  only.mutable_estimator()->mutable_panorama()->set_epsilon(0.02);
+  EXPECT_EQ(fake.last_config()->config().ShortDebugString(), only.ShortDebugString());
+}
+
+TEST(GrpcSource, WhatAnOldProbeDoesNotKnowIsSaid) {
+  FakeProbe fake;
+  fake.set_firmware(FakeProbe::Firmware::old);
+  Result<Probe> probe = Probe::connect(fake.uri(), options());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_TRUE(probe->change_estimator({.band = 2, .setting = Setting::fast}).ok());
+  for (const Status& old : {probe->estimator_config().status(), probe->estimator_kind().status(),
+                            probe->change_estimator({.panorama = {.epsilon = 0.02}}), probe->set_estimator({})}) {
+    EXPECT_EQ(old.code(), StatusCode::failed_precondition);
+    EXPECT_NE(old.message().find("firmware is older"), std::string::npos) << old.message();
+    EXPECT_NE(old.message().find("update lightwelld"), std::string::npos) << old.message();
+  }
+}
+
 TEST(GrpcSource, CommandsThatMeanNothingStayHere) {
   FakeProbe fake;
   Result<Probe> probe = Probe::connect(fake.uri(), options());
@@ -298,6 +324,8 @@ TEST(GrpcSource, CommandsThatMeanNothingStayHere) {
   EstimatorConfig config;
   config.band = 99;
   EXPECT_EQ(probe->set_estimator(config).code(), StatusCode::invalid_argument);
+  EXPECT_EQ(probe->change_estimator({}).code(), StatusCode::invalid_argument) << "no field";
+  EXPECT_EQ(probe->change_estimator({.panorama = {.epsilon = 2}}).code(), StatusCode::invalid_argument);
   EXPECT_EQ(probe->report_lux(-1, {0, 1, 0}).status().code(), StatusCode::invalid_argument);
   EXPECT_EQ(probe->report_lux(100, {0, 0, 0}).status().code(), StatusCode::invalid_argument);
   EXPECT_FALSE(fake.last_config());

@@ -183,7 +183,8 @@ TEST(MqttSource, TakesNoCommands) {
   attic.say_alive();
   Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), patient());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
-  for (const Status& refused : {probe->set_estimator({}), probe->report_lux(500, {0, 1, 0}).status()}) {
+  for (const Status& refused :
+       {probe->set_estimator({}), probe->estimator_config().status(), probe->report_lux(500, {0, 1, 0}).status()}) {
     EXPECT_EQ(refused.code(), StatusCode::failed_precondition);
     EXPECT_THAT(refused.message(), HasSubstr("grpc://"));
   }

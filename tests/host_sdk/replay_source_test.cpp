@@ -211,6 +211,8 @@ TEST_F(ReplaySource, ARecordingCannotBeTold) {
   Result<Probe> probe = Probe::connect("replay:" + path());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   EXPECT_EQ(probe->set_estimator({}).code(), StatusCode::failed_precondition);
+  EXPECT_EQ(probe->change_estimator({.band = 2}).code(), StatusCode::failed_precondition);
+  EXPECT_EQ(probe->estimator_config().status().code(), StatusCode::failed_precondition);
   EXPECT_EQ(probe->report_lux(100, {0, 1, 0}).status().code(), StatusCode::failed_precondition);
 }
 

@@ -51,6 +51,9 @@ TEST(UsbDevice, IsFoundAskedAndRead) {
   config.band = 2;
   const Status set = probe->set_estimator(config);
   EXPECT_TRUE(set.ok()) << set.message();
+  ASSERT_TRUE(probe->change_estimator({.max_lights = 3}).ok());
+  config.max_lights = 3;
+  EXPECT_EQ(*probe->estimator_config(), config);
   const Result<double> scale = probe->report_lux(100, {0, 1, 0});
   ASSERT_TRUE(scale.ok()) << scale.status().message();
   EXPECT_EQ(*scale, 200);

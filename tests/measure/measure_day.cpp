@@ -118,7 +118,7 @@ class NoCommands final : public Commands {
   }
   [[nodiscard]] EstimatorConfig estimator() const override { return {}; }
   [[nodiscard]] EstimatorKind estimator_kind() const override { return EstimatorKind::panorama; }
-  [[nodiscard]] Status set_estimator(const EstimatorConfig&) override { return {}; }
+  [[nodiscard]] Status update_estimator(const EstimatorUpdate&) override { return {}; }
   [[nodiscard]] Result<double> report_lux(double, Vec3d) override { return 1.0; }
 };
 

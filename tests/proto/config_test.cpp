@@ -117,6 +117,57 @@ TEST(Config, ThatCannotWorkIsRefusedByName) {
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { max_lights: 65 }").find("max_lights"), std::string::npos);
 }
 
+TEST(Config, AnUpdateChangesItsFieldsAlone) {
+  EstimatorConfig c;
+  c.band = 1;
+  c.panorama.unseen = UnseenFill::average;
+  EstimatorConfig expected = c;
+  expected.panorama.epsilon = 0.02;
+  EXPECT_EQ(updated(c, {.panorama = {.epsilon = 0.02}}), expected);
+  EXPECT_EQ(updated(c, {}), c);
+  EXPECT_EQ(updated({}, all_fields(c)), c);
+}
+
+TEST(Config, EveryFieldIsReadAsItIsWritten) {
+  EstimatorConfig c;
+  c.band = 2;
+  c.setting = Setting::fast;
+  c.panorama.epsilon = 0.1 + 0.2;
+  c.panorama.smoothing = Smoothing::none;
+  c.marker.max_faces = 3;
+  EstimatorUpdate read;
+  for (const EstimatorKind kind : {EstimatorKind::panorama, EstimatorKind::marker}) {
+    const std::vector<ConfigField> fields = fields_of({kind, c});
+    ASSERT_EQ(fields.size(), option_names(kind).size());
+    for (const ConfigField& f : fields) {
+      const Status s = set_field(read, f.name, f.value);
+      EXPECT_TRUE(s.ok()) << s.message();
+    }
+  }
+  EXPECT_EQ(read, all_fields(c)) << "not a bit is lost";
+}
+
+TEST(Config, AFieldThatThereIsNotIsRefusedWithTheNearest) {
+  EstimatorUpdate update;
+  const auto refusal = [&](std::string_view name, std::string_view value) {
+    const Status s = set_field(update, name, value);
+    EXPECT_EQ(s.code(), StatusCode::invalid_argument) << name << "=" << value;
+    return s.message();
+  };
+  EXPECT_NE(refusal("epsilon", "0.02").find("did you mean 'panorama.epsilon'"), std::string::npos);
+  EXPECT_NE(refusal("panorama.epsilom", "0.02").find("did you mean 'panorama.epsilon'"), std::string::npos);
+  EXPECT_NE(refusal("panorama", "1").find("there is no field"), std::string::npos);
+  for (const std::string_view name : {"", ".", "panorama.", ".band", "panorama.epsilon.x", "xpanorama.epsilon"})
+    EXPECT_NE(refusal(name, "1").find("there is no field"), std::string::npos);
+  EXPECT_NE(refusal("setting", "quick").find("one of fast, balanced, exact"), std::string::npos);
+  EXPECT_NE(refusal("setting", "unspecified").find("one of fast"), std::string::npos);
+  EXPECT_NE(refusal("band", "2.5").find("a whole number"), std::string::npos);
+  EXPECT_NE(refusal("band", "-1").find("a whole number"), std::string::npos);
+  EXPECT_NE(refusal("panorama.epsilon", "0,02").find("a number"), std::string::npos);
+  EXPECT_NE(refusal("panorama.epsilon", "").find("a number"), std::string::npos);
+  EXPECT_EQ(update, EstimatorUpdate{}) << "and nothing changed";
+}
+
 TEST(Config, TellsWhichMarkerIsLookedAt) {
   EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->marker.has_value())
       << "a panorama, unless a marker is named";

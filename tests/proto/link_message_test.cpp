@@ -49,12 +49,12 @@ TEST(LinkMessage, CommandsReachTheProbeAndItsRefusalsComeBack) {
   Bytes request;
   EstimatorConfig config;
   config.band = 2;
-  encode_set_estimator_request(1, config, request);
+  encode_set_config_request(1, all_fields(config), request);
   EXPECT_TRUE(asked(request, commands).status.ok());
   EXPECT_EQ(commands.estimator().band, 2);
 
   config.band = 99;
-  encode_set_estimator_request(2, config, request);
+  encode_set_config_request(2, all_fields(config), request);
   const LinkResponse refused = asked(request, commands);
   EXPECT_EQ(refused.id, 2U);
   EXPECT_EQ(refused.status.code(), StatusCode::invalid_argument);
@@ -67,6 +67,42 @@ TEST(LinkMessage, CommandsReachTheProbeAndItsRefusalsComeBack) {
   EXPECT_EQ(*lux.scale, 800);
   EXPECT_EQ(commands.lux_, 400);
   EXPECT_EQ(commands.normal_.y, 1) << "normalised on the way";
+}
+
+TEST(LinkMessage, TheConfigurationIsToldAndAFieldOfItChanged) {
+  test::FakeCommands commands;
+  commands.kind_ = EstimatorKind::marker;
+  Bytes request;
+  encode_set_config_request(1, {.max_lights = 3}, request);
+  ASSERT_TRUE(asked(request, commands).status.ok());
+  encode_set_config_request(2, {.marker = {.max_faces = 4}}, request);
+  ASSERT_TRUE(asked(request, commands).status.ok());
+  encode_get_config_request(3, request);
+  const LinkResponse r = asked(request, commands);
+  EXPECT_TRUE(r.status.ok()) << r.status.message();
+  ASSERT_TRUE(r.estimator);
+  EXPECT_EQ(r.estimator->kind, EstimatorKind::marker);
+  EstimatorConfig expected;
+  expected.max_lights = 3;
+  expected.marker.max_faces = 4;
+  EXPECT_EQ(r.estimator->config, expected);
+}
+
+TEST(LinkMessage, AConfigurationThatIsNoneIsNotBelieved) {
+  v1::LinkResponse m;
+  m.mutable_get_config()->set_kind(v1::ESTIMATOR_KIND_PANORAMA);
+  const auto decoded = [&] {
+    Bytes bytes(m.ByteSizeLong());
+    m.SerializeToArray(bytes.data(), static_cast<int>(bytes.size()));
+    return decode_link_response(bytes)->status;
+  };
+  EXPECT_TRUE(decoded().ok());
+  m.mutable_get_config()->mutable_estimator()->set_band(77);
+  EXPECT_EQ(decoded().code(), StatusCode::data_loss);
+  EXPECT_NE(decoded().message().find("estimator.band is 77"), std::string::npos) << decoded().message();
+  m.mutable_get_config()->mutable_estimator()->set_band(6);
+  m.mutable_get_config()->set_kind(static_cast<v1::EstimatorKind>(9));
+  EXPECT_EQ(decoded().code(), StatusCode::data_loss);
 }
 
 TEST(LinkMessage, WhatMeansNothingIsRefusedWithTheReason) {
@@ -113,7 +149,7 @@ TEST(LinkMessage, BytesThatAreNoMessageAreNeitherAnsweredNorBelieved) {
   // Truncated and flipped everywhere: some answer or none, but it ends.
   std::mt19937 random(3);
   Bytes request;
-  encode_set_estimator_request(4, {}, request);
+  encode_set_config_request(4, all_fields({}), request);
   for (int k = 0; k < 20'000; ++k) {
     Bytes damaged = request;
     damaged.resize(1 + random() % damaged.size());

@@ -45,9 +45,10 @@ class FakeCommands : public Commands {
     return config_;
   }
   EstimatorKind estimator_kind() const override { return kind_; }
-  Status set_estimator(const EstimatorConfig& config) override {
-    if (Status s = config.validate(kind_); !s.ok()) return s;
+  Status update_estimator(const EstimatorUpdate& update) override {
     const std::lock_guard lock(mutex_);
+    const EstimatorConfig config = updated(config_, update);
+    if (Status s = config.validate(kind_); !s.ok()) return s;
     config_ = config;
     return {};
   }

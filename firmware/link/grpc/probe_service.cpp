@@ -35,6 +35,7 @@ ProbeService::ProbeService(Commands& commands) : commands_(commands) {
   add("/lightwell.v1.ProbeService/GetDescriptor", &ProbeService::get_descriptor);
   add("/lightwell.v1.ProbeService/SetConfig", &ProbeService::set_config);
   add("/lightwell.v1.ProbeService/ReportLux", &ProbeService::report_lux);
+  add("/lightwell.v1.ProbeService/GetConfig", &ProbeService::get_config);
 }
 
 void ProbeService::add(const char* path, Method method) {
@@ -114,5 +115,6 @@ void ProbeService::refuse(const std::string& why, ByteCall& call) {
 void ProbeService::info(const std::string& bytes, ByteCall& call) { answer(ProbeCall::info, bytes, call); }
 void ProbeService::set_config(const std::string& bytes, ByteCall& call) { answer(ProbeCall::set_config, bytes, call); }
 void ProbeService::report_lux(const std::string& bytes, ByteCall& call) { answer(ProbeCall::report_lux, bytes, call); }
+void ProbeService::get_config(const std::string& bytes, ByteCall& call) { answer(ProbeCall::get_config, bytes, call); }
 
 }  // namespace lightwell

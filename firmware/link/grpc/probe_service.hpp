@@ -48,6 +48,7 @@ class ProbeService final : public grpc::Service {
   void info(const std::string& request, ByteCall& call);
   void set_config(const std::string& request, ByteCall& call);
   void report_lux(const std::string& request, ByteCall& call);
+  void get_config(const std::string& request, ByteCall& call);
 
   /// Bytes that came whole; or counts, and says why not.
   [[nodiscard]] Result<std::string> whole(bool came, const grpc::ByteBuffer& bytes);

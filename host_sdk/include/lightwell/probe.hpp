@@ -206,14 +206,24 @@ class Probe {
   [[nodiscard]] ProbeInfo info() const;
   [[nodiscard]] LinkStats stats() const;
 
-  /// Takes effect with the probe's next capture. Blocks until the probe answers, at most
-  /// connect_timeout. failed_precondition for a recording, and over MQTT, where a probe takes no commands; otherwise
-  /// what the probe said.
+  /// How the probe's estimator is configured now, by its owner's file and by all clients since. Asks the probe; blocks
+  /// as change_estimator(). failed_precondition where the probe's firmware is too old to tell.
+  [[nodiscard]] Result<EstimatorConfig> estimator_config() const;
+  /// Which estimator runs there. As estimator_config().
+  [[nodiscard]] Result<EstimatorKind> estimator_kind() const;
+
+  /// Sets the fields that have a value, for all clients of the probe, and leaves the others as they are:
+  /// `change_estimator({.panorama = {.epsilon = 0.02}})`. Takes effect with the probe's next capture. Blocks until the
+  /// probe answers, at most connect_timeout. invalid_argument: a value, or no field at all. failed_precondition for a
+  /// recording, and over MQTT, where a probe takes no commands; otherwise what the probe said.
+  [[nodiscard]] Status change_estimator(const EstimatorUpdate& fields);
+  /// Replaces the whole configuration: what the owner or other clients chose is lost, also in the fields that are
+  /// defaults here. As change_estimator().
   [[nodiscard]] Status set_estimator(const EstimatorConfig& config);
 
   /// Tells the probe what a lux meter beside it reads, facing `normal` (probe frame, need not be
   /// normalised): from then on its units are absolute. Returns the factor that was applied.
-  /// Blocks and fails as set_estimator().
+  /// Blocks and fails as change_estimator().
   [[nodiscard]] Result<double> report_lux(double lux, Vec3f normal);
 
  private:

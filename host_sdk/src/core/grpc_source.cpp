@@ -8,8 +8,12 @@
 #include <utility>
 
 #include <grpcpp/alarm.h>
+#include <grpcpp/impl/client_unary_call.h>
+#include <grpcpp/impl/rpc_method.h>
+#include <grpcpp/support/slice.h>
 
 #include <lightwell/back_off.hpp>
+#include <lightwell/probe_calls.hpp>
 
 #include "core/grpc_connection.hpp"
 #include "core/grpc_credentials.hpp"
@@ -41,47 +45,59 @@ class GrpcSource final : public Source {
     }
   }
 
-  Status set_estimator(const EstimatorConfig& config) override {
-    v1::SetConfigRequest request;
-    if (!request.mutable_config()->mutable_estimator()->ParseFromString(encode_config(config)))
-      return {StatusCode::internal, "the configuration does not fit its own message"};
-    v1::SetConfigResponse response;
-    return tell([&](v1::ProbeService::Stub& stub, grpc::ClientContext& context) {
-      return stub.SetConfig(&context, request, &response);
-    });
+  Result<EstimatorState> estimator() override {
+    const Result<Bytes> answer = call("GetConfig", {});
+    return answer ? decoded(decode_get_config_response(*answer)) : answer.status();
+  }
+
+  Status change_estimator(const EstimatorUpdate& update) override {
+    const Result<Bytes> answer = call("SetConfig", encode_set_config_request(update));
+    if (!answer) return answer.status();
+    const auto now = decoded(decode_set_config_response(*answer));
+    return now ? check_change(host_port_, update, *now) : now.status();
   }
 
   Result<double> report_lux(double lux, Vec3f normal) override {
-    v1::ReportLuxRequest request;
-    request.set_lux(lux);
-    request.set_normal_x(static_cast<double>(normal.x));
-    request.set_normal_y(static_cast<double>(normal.y));
-    request.set_normal_z(static_cast<double>(normal.z));
-    v1::ReportLuxResponse response;
-    Status status = tell([&](v1::ProbeService::Stub& stub, grpc::ClientContext& context) {
-      return stub.ReportLux(&context, request, &response);
-    });
-    if (!status.ok()) return status;
-    return response.scale();
+    const Result<Bytes> answer = call("ReportLux", encode_report_lux_request(lux, vec_cast<double>(normal)));
+    return answer ? decoded(decode_report_lux_response(*answer)) : answer.status();
   }
 
  private:
   /// No operation's tag: those of GrpcConnection start at 1.
   static constexpr void* kWake = nullptr;
 
-  /// Runs on the caller's thread; gRPC allows that beside the reader's calls on the same channel.
-  template <class Call>
-  Status tell(Call&& call) {
+  using Bytes = std::vector<std::byte>;
+
+  /// The response's bytes. Runs on the caller's thread; gRPC allows that beside the reader's calls on the same channel.
+  Result<Bytes> call(const std::string& method, const std::string& request) {
     const std::shared_ptr<grpc::Channel> channel = [this] {
       const std::lock_guard lock(channel_mutex_);
       return channel_;
     }();
-    if (!channel) return {StatusCode::unavailable, host_port_ + ": not connected yet"};
-    v1::ProbeService::Stub stub(channel);
+    if (!channel) return Status(StatusCode::unavailable, host_port_ + ": not connected yet");
+    const std::string path = "/lightwell.v1.ProbeService/" + method;
     grpc::ClientContext context;
     context.set_deadline(deadline_after(options_.connect_timeout));
-    const Status status = status_of(call(stub, context));
-    return status.ok() ? status : Status(status.code(), host_port_ + ": " + status.message());
+    const grpc::Slice slice(request);
+    const grpc::ByteBuffer asked(&slice, 1);
+    grpc::ByteBuffer response;
+    // As the code that protoc's plug-in makes; messages are proto's business.
+    const grpc::Status ended = grpc::internal::BlockingUnaryCall(
+        channel.get(), grpc::internal::RpcMethod(path.c_str(), grpc::internal::RpcMethod::NORMAL_RPC), &context, asked,
+        &response);
+    if (ended.error_code() == grpc::StatusCode::UNIMPLEMENTED && method == "GetConfig")
+      return no_get_config(host_port_);
+    if (const Status status = status_of(ended); !status.ok())
+      return Status(status.code(), host_port_ + ": " + status.message());
+    Bytes storage;
+    (void)bytes_of(response, storage);
+    return storage;
+  }
+
+  template <class T>
+  Result<T> decoded(Result<T> answer) const {
+    if (answer) return answer;
+    return Status(answer.status().code(), host_port_ + ": " + answer.status().message());
   }
 
   void follow() {

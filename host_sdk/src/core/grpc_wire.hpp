@@ -17,7 +17,6 @@
 #include <lightwell/probe.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
-#include <lightwell/v1/probe_service.grpc.pb.h>
 
 namespace lightwell::core {
 

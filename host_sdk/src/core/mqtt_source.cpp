@@ -319,7 +319,8 @@ class MqttSource final : public Source {
     follower_->stop() ? thread_.join() : thread_.detach();
   }
 
-  Status set_estimator(const EstimatorConfig&) override { return no_commands(); }
+  Result<EstimatorState> estimator() override { return no_commands(); }
+  Status change_estimator(const EstimatorUpdate&) override { return no_commands(); }
   Result<double> report_lux(double, Vec3f) override { return no_commands(); }
 
  private:

@@ -154,10 +154,26 @@ Result<Lighting> Probe::wait_for_next(std::optional<std::uint64_t> seen, Duratio
 ProbeInfo Probe::info() const { return impl_->intake.info(); }
 LinkStats Probe::stats() const { return impl_->intake.stats(); }
 
-Status Probe::set_estimator(const EstimatorConfig& config) {
-  if (Status status = config.validate(); !status.ok()) return status;
-  return impl_->source->set_estimator(config);
+Result<EstimatorConfig> Probe::estimator_config() const {
+  const Result<EstimatorState> state = impl_->source->estimator();
+  if (!state) return state.status();
+  return state->config;
 }
+
+Result<EstimatorKind> Probe::estimator_kind() const {
+  const Result<EstimatorState> state = impl_->source->estimator();
+  if (!state) return state.status();
+  return state->kind;
+}
+
+Status Probe::change_estimator(const EstimatorUpdate& fields) {
+  if (fields == EstimatorUpdate{}) return {StatusCode::invalid_argument, "change_estimator: no field is set"};
+  // Each field has limits of its own, so that the others may be any.
+  if (Status status = updated({}, fields).validate(); !status.ok()) return status;
+  return impl_->source->change_estimator(fields);
+}
+
+Status Probe::set_estimator(const EstimatorConfig& config) { return change_estimator(all_fields(config)); }
 
 Result<double> Probe::report_lux(double lux, Vec3f normal) {
   if (!(lux > 0) || !(lux < 1e9))

@@ -66,7 +66,8 @@ class ReplaySource final : public Source {
     thread_.join();
   }
 
-  Status set_estimator(const EstimatorConfig&) override { return no_probe(); }
+  Result<EstimatorState> estimator() override { return no_probe(); }
+  Status change_estimator(const EstimatorUpdate&) override { return no_probe(); }
   Result<double> report_lux(double, Vec3f) override { return no_probe(); }
 
  private:

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
 #include <lightwell/config.hpp>
 #include <lightwell/geometry.hpp>
@@ -23,9 +25,28 @@ class Source {
   virtual ~Source() = default;
 
   /// As the methods of Probe; any thread; may block.
-  [[nodiscard]] virtual Status set_estimator(const EstimatorConfig& config) = 0;
+  [[nodiscard]] virtual Result<EstimatorState> estimator() = 0;
+  [[nodiscard]] virtual Status change_estimator(const EstimatorUpdate& update) = 0;
   [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3f normal) = 0;
 };
+
+/// What came of GetConfig where the probe does not have that call.
+[[nodiscard]] inline Status no_get_config(const std::string& probe) {
+  return {StatusCode::failed_precondition,
+          probe +
+              ": the probe's firmware is older than this SDK and does not tell its configuration; update lightwelld "
+              "there"};
+}
+
+/// Of a change that the probe took, with what it said to hold now.
+[[nodiscard]] inline Status check_change(const std::string& probe, const EstimatorUpdate& update,
+                                         const std::optional<EstimatorState>& now) {
+  if (now || (update.panorama == EstimatorUpdate::Panorama{} && update.marker == EstimatorUpdate::Marker{})) return {};
+  return {StatusCode::failed_precondition,
+          probe +
+              ": the probe's firmware is older than this SDK and does not know the fields of `panorama` and `marker`: "
+              "they stay as they were; update lightwelld there"};
+}
 
 /// Begins to connect; Intake::describe() tells of success. The intake outlives the source.
 [[nodiscard]] std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,

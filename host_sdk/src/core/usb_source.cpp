@@ -57,9 +57,19 @@ class UsbSource final : public Source {
     thread_.join();
   }
 
-  Status set_estimator(const EstimatorConfig& config) override {
-    return tell([&](std::uint32_t id, std::vector<std::byte>& out) { encode_set_estimator_request(id, config, out); })
-        .status();
+  Result<EstimatorState> estimator() override {
+    const Result<LinkResponse> told = tell(encode_get_config_request);
+    // A question without arguments is refused as such by a probe alone that does not know it.
+    if (told.status().code() == StatusCode::invalid_argument) return no_get_config(name());
+    if (!told) return told.status();
+    if (!told->estimator) return another_question();
+    return *told->estimator;
+  }
+
+  Status change_estimator(const EstimatorUpdate& update) override {
+    const Result<LinkResponse> told =
+        tell([&](std::uint32_t id, std::vector<std::byte>& out) { encode_set_config_request(id, update, out); });
+    return told ? check_change(name(), update, told->estimator) : told.status();
   }
 
   Result<double> report_lux(double lux, Vec3f normal) override {
@@ -67,12 +77,16 @@ class UsbSource final : public Source {
       encode_report_lux_request(id, lux, vec_cast<double>(normal), out);
     });
     if (!told) return told.status();
-    if (!told->scale) return Status(StatusCode::internal, name() + ": the probe answered another question");
+    if (!told->scale) return another_question();
     return *told->scale;
   }
 
  private:
   [[nodiscard]] std::string name() const { return address_.serial.empty() ? "usb" : "usb:" + address_.serial; }
+
+  [[nodiscard]] Status another_question() const {
+    return {StatusCode::internal, name() + ": the probe answered another question"};
+  }
 
   /// What the probe refused is a failure here.
   [[nodiscard]] Result<LinkResponse> tell(const UsbQuestions::Encode& encode) {
@@ -189,7 +203,7 @@ class UsbSource final : public Source {
   void on_not_sent(Conversation& c, const std::string& error) {
     intake_.report_error(name() + ": " + error);
     if (c.info_id != c.sent_id) {
-      questions_.answered({c.sent_id, Status(StatusCode::unavailable, error), {}, {}});
+      questions_.answered({c.sent_id, Status(StatusCode::unavailable, error), {}, {}, {}});
       return;
     }
     c.info_id.reset();

@@ -82,6 +82,59 @@ struct EstimatorConfig {
 /// Those of Setting that differ in what it does.
 [[nodiscard]] std::span<const Setting> settings_of(EstimatorKind kind);
 
+/// Some fields of an EstimatorConfig: those that have a value.
+struct EstimatorUpdate {
+  struct Panorama {
+    std::optional<double> light_threshold{};
+    std::optional<double> epsilon{};
+    std::optional<double> radiance_epsilon{};
+    std::optional<UnseenFill> unseen{};
+    std::optional<Smoothing> smoothing{};
+    std::optional<int> environment_edge{};
+    std::optional<double> environment_rate{};
+
+    friend bool operator==(const Panorama&, const Panorama&) = default;
+  };
+  struct Marker {
+    std::optional<double> decimation{};
+    std::optional<double> search_decimation{};
+    std::optional<int> max_faces{};
+
+    friend bool operator==(const Marker&, const Marker&) = default;
+  };
+
+  std::optional<int> band{};
+  std::optional<int> max_lights{};
+  std::optional<Setting> setting{};
+  Panorama panorama{};
+  Marker marker{};
+
+  friend bool operator==(const EstimatorUpdate&, const EstimatorUpdate&) = default;
+};
+
+/// `config` with the fields that `update` has. They are not checked.
+[[nodiscard]] EstimatorConfig updated(EstimatorConfig config, const EstimatorUpdate& update);
+/// With which updated() makes `config` of any other.
+[[nodiscard]] EstimatorUpdate all_fields(const EstimatorConfig& config);
+
+/// The estimator that runs.
+struct EstimatorState {
+  EstimatorKind kind = EstimatorKind::panorama;
+  EstimatorConfig config{};
+};
+
+/// An option as text, by the name that option_names() has for it: "panorama.epsilon" is "0.01".
+struct ConfigField {
+  enum class Type : std::uint8_t { number, word };
+  std::string name, value;
+  Type type = Type::number;
+};
+/// All that this estimator has, in the order of option_names().
+[[nodiscard]] std::vector<ConfigField> fields_of(const EstimatorState& estimator);
+/// Puts one field into `update`: name and value as fields_of() writes them. invalid_argument names the nearest field,
+/// or the values that there are; limits are not checked.
+[[nodiscard]] Status set_field(EstimatorUpdate& update, std::string_view name, std::string_view value);
+
 /// `config` with the limits of error that its setting makes of the panorama's: twice as wide at fast, none left at
 /// exact, so that all that was found is sent.
 [[nodiscard]] EstimatorConfig at_setting(EstimatorConfig config);
@@ -155,18 +208,6 @@ struct Config {
 
   [[nodiscard]] Status validate() const;
 };
-
-/// An EstimatorConfig message in protobuf binary form, with every field set that is not deprecated.
-[[nodiscard]] std::string encode_config(const EstimatorConfig& config);
-
-struct UpdatedConfig {
-  EstimatorConfig config;
-  std::vector<std::string> warnings;  ///< One for each deprecated field: its name, and what to write.
-};
-/// `config` with what an EstimatorConfig message in binary form sets, for an estimator of this kind. data_loss where it
-/// is no message; the values are not checked.
-[[nodiscard]] Result<UpdatedConfig> updated_config(const EstimatorConfig& config, std::string_view message,
-                                                   EstimatorKind kind);
 
 /// Reads a Config in protobuf text format. Errors name file, line and, for an unknown field, the nearest known one.
 /// `camera_uri`, where not empty, stands in the place of the file's, which then needs none; `estimator` is the kind

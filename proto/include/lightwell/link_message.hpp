@@ -20,7 +20,8 @@ namespace lightwell {
 
 /// Each into `out`, whose memory is used again.
 void encode_info_request(std::uint32_t id, std::vector<std::byte>& out);
-void encode_set_estimator_request(std::uint32_t id, const EstimatorConfig& config, std::vector<std::byte>& out);
+void encode_get_config_request(std::uint32_t id, std::vector<std::byte>& out);
+void encode_set_config_request(std::uint32_t id, const EstimatorUpdate& update, std::vector<std::byte>& out);
 /// normal: probe frame, need not be normalised.
 void encode_report_lux_request(std::uint32_t id, double lux, Vec3d normal, std::vector<std::byte>& out);
 
@@ -32,9 +33,10 @@ void encode_report_lux_request(std::uint32_t id, double lux, Vec3d normal, std::
 
 struct LinkResponse {
   std::uint32_t id = 0;
-  Status status;                   ///< What the probe said.
-  std::optional<InfoAnswer> info;  ///< Where Info was asked.
-  std::optional<double> scale;     ///< Where lux was reported: the factor that was applied to radiance.
+  Status status;                            ///< What the probe said; data_loss where its configuration is none.
+  std::optional<InfoAnswer> info;           ///< Where Info was asked.
+  std::optional<double> scale;              ///< Where lux was reported: the factor that was applied to radiance.
+  std::optional<EstimatorState> estimator;  ///< Where it was asked for or changed; as decode_set_config_response().
 };
 
 /// data_loss where it is no LinkResponse.

@@ -54,8 +54,9 @@ class Commands {
   [[nodiscard]] virtual EstimatorConfig estimator() const = 0;
   /// Which runs, and so which options can be set.
   [[nodiscard]] virtual EstimatorKind estimator_kind() const = 0;
-  /// Takes effect with the next capture. invalid_argument changes nothing.
-  [[nodiscard]] virtual Status set_estimator(const EstimatorConfig& config) = 0;
+  /// Changes the fields that `update` has, in one step: of two updates at once neither undoes the other. Takes effect
+  /// with the next capture. invalid_argument changes nothing.
+  [[nodiscard]] virtual Status update_estimator(const EstimatorUpdate& update) = 0;
   /// Scales radiance so that the irradiance at `normal` (unit, probe frame) is `lux`; returns the factor.
   [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3d normal) = 0;
 };

@@ -136,12 +136,12 @@ TEST_F(PipelineBudgetTest, AnotherConfigurationKeepsTheGovernedSetting) {
   ASSERT_EQ(pipeline_->setting(), Setting::fast);
   EstimatorConfig config = pipeline_->estimator();
   config.band = 2;
-  ASSERT_TRUE(pipeline_->set_estimator(config).ok());
+  ASSERT_TRUE(pipeline_->update_estimator(all_fields(config)).ok());
   process(1);
   EXPECT_EQ(pace_.band, 2);
   EXPECT_EQ(last(), Setting::fast);
   config.setting = Setting::exact;
-  ASSERT_TRUE(pipeline_->set_estimator(config).ok());
+  ASSERT_TRUE(pipeline_->update_estimator(all_fields(config)).ok());
   process(1);
   EXPECT_EQ(last(), Setting::exact) << "another setting is tried at once";
 }

@@ -1,9 +1,11 @@
 // The four rooms in a row, with an estimator and a link that do what the test says.
 #include "app/pipeline.hpp"
 
+#include <barrier>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -124,7 +126,7 @@ TEST_F(PipelineTest, SetEstimatorTakesEffectWithTheNextFrame) {
   EstimatorConfig config;
   config.band = 2;
   config.max_lights = 3;
-  ASSERT_TRUE(pipeline_.set_estimator(config).ok());
+  ASSERT_TRUE(pipeline_.update_estimator(all_fields(config)).ok());
   EXPECT_EQ(pipeline_.estimator().band, 2);
   process_one();
   const std::lock_guard lock(script_.mutex);
@@ -132,10 +134,33 @@ TEST_F(PipelineTest, SetEstimatorTakesEffectWithTheNextFrame) {
   EXPECT_EQ(script_.configured.max_lights, 3);
 }
 
+TEST_F(PipelineTest, OfTwoUpdatesAtOnceNeitherUndoesTheOther) {
+  constexpr int kRounds = 10'000;
+  int refused = 0, lost = 0;
+  std::barrier together(2);
+  std::thread bands([&] {
+    for (int i = 0; i < kRounds; ++i) {
+      together.arrive_and_wait();
+      (void)pipeline_.update_estimator({.band = i % 7});
+      together.arrive_and_wait();
+    }
+  });
+  for (int i = 0; i < kRounds; ++i) {
+    together.arrive_and_wait();
+    if (!pipeline_.update_estimator({.max_lights = i % 65}).ok()) ++refused;
+    together.arrive_and_wait();
+    const EstimatorConfig both = pipeline_.estimator();
+    if (both.band != i % 7 || both.max_lights != i % 65) ++lost;
+  }
+  bands.join();
+  EXPECT_EQ(refused, 0);
+  EXPECT_EQ(lost, 0);
+}
+
 TEST_F(PipelineTest, AnImpossibleEstimatorChangesNothing) {
   EstimatorConfig config;
   config.band = 7;
-  const Status s = pipeline_.set_estimator(config);
+  const Status s = pipeline_.update_estimator(all_fields(config));
   EXPECT_EQ(s.code(), StatusCode::invalid_argument);
   EXPECT_THAT(s.message(), HasSubstr("band"));
   EXPECT_EQ(pipeline_.estimator().band, EstimatorConfig{}.band);

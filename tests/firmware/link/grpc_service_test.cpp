@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
 #include <lightwell/status_codec.hpp>
@@ -78,7 +79,7 @@ TEST_F(GrpcServiceTest, EveryMethodOfTheSchemaIsServed) {
   const google::protobuf::ServiceDescriptor* const service =
       v1::InfoRequest::descriptor()->file()->FindServiceByName("ProbeService");
   ASSERT_NE(service, nullptr);
-  ASSERT_EQ(service->method_count(), 5);
+  ASSERT_EQ(service->method_count(), 6);
   for (int i = 0; i < service->method_count(); ++i) {
     const std::string name = service->method(i)->name();
     // Garbage, so that no method does anything.
@@ -139,6 +140,54 @@ TEST_F(GrpcServiceTest, SetConfigChangesWhatIsSetAndLeavesTheRest) {
   EXPECT_EQ(commands_.estimator().panorama.light_threshold, EstimatorConfig{}.panorama.light_threshold);
 }
 
+/// Paths of the fields that are not set, without those that are deprecated.
+void collect_unset(const google::protobuf::Message& m, const std::string& prefix, std::vector<std::string>& out) {
+  for (int i = 0; i < m.GetDescriptor()->field_count(); ++i) {
+    const auto* field = m.GetDescriptor()->field(i);
+    if (field->options().deprecated()) continue;
+    if (!m.GetReflection()->HasField(m, field))
+      out.push_back(prefix + field->name());
+    else if (field->message_type() != nullptr)
+      collect_unset(m.GetReflection()->GetMessage(m, field), prefix + field->name() + ".", out);
+  }
+}
+
+TEST_F(GrpcServiceTest, GetConfigTellsEveryFieldOfTheEstimatorAndNothingElse) {
+  ASSERT_TRUE(commands_.update_estimator({.band = 3, .panorama = {.unseen = UnseenFill::mirror}}).ok());
+  grpc::ClientContext context;
+  v1::GetConfigResponse response;
+  ASSERT_TRUE(stub_->GetConfig(&context, {}, &response).ok());
+  EXPECT_EQ(response.kind(), v1::ESTIMATOR_KIND_PANORAMA);
+  EXPECT_EQ(response.estimator().band(), 3U);
+  EXPECT_EQ(response.estimator().panorama().unseen(), v1::UNSEEN_FILL_MIRROR);
+  std::vector<std::string> unset;
+  collect_unset(response, "", unset);
+  EXPECT_THAT(unset, ::testing::IsEmpty());
+  // Config has names of files, and of those who may come in.
+  for (int i = 0; i < response.GetDescriptor()->field_count(); ++i)
+    EXPECT_NE(response.GetDescriptor()->field(i)->message_type(), v1::Config::descriptor());
+}
+
+TEST_F(GrpcServiceTest, SetConfigRefusesWhatItsFirmwareDoesNotKnow) {
+  // Field 99 of EstimatorConfig, and of the panorama's part of it, as a newer client may send them.
+  for (const bool inner : {false, true}) {
+    v1::SetConfigRequest request;
+    v1::EstimatorConfig& estimator = *request.mutable_config()->mutable_estimator();
+    estimator.set_band(1);
+    if (inner)
+      estimator.mutable_panorama()
+          ->GetReflection()
+          ->MutableUnknownFields(estimator.mutable_panorama())
+          ->AddVarint(99, 1);
+    else
+      estimator.GetReflection()->MutableUnknownFields(&estimator)->AddVarint(99, 1);
+    const grpc::Status status = set(request);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(status.error_message(), HasSubstr("number 99"));
+  }
+  EXPECT_EQ(commands_.estimator().band, EstimatorConfig{}.band) << "and nothing changed";
+}
+
 TEST_F(GrpcServiceTest, SetConfigRefusesOtherFieldsByName) {
   const auto refused = [&](auto&& fill, const std::string& name) {
     v1::SetConfigRequest request;
@@ -170,6 +219,9 @@ TEST_F(GrpcServiceTest, SetConfigRefusesWhatIsImpossible) {
   refused([](v1::EstimatorConfig& e) { e.set_band(7); }, "band");
   refused([](v1::EstimatorConfig& e) { e.set_band(0xFFFFFFFF); }, "band");
   refused([](v1::EstimatorConfig& e) { e.set_max_lights(65); }, "max_lights");
+  // 257 is 1, which is fast, in a byte.
+  refused([](v1::EstimatorConfig& e) { e.set_setting(static_cast<v1::Setting>(257)); }, "setting");
+  refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_unseen(static_cast<v1::UnseenFill>(258)); }, "unseen");
   refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_light_threshold(std::nan("")); }, "light_threshold");
 }
 
