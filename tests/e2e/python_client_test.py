@@ -13,12 +13,13 @@ import sys
 import tempfile
 import time
 import unittest
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import lightwell
-from lightwell import Error, LinkState, Status, Units, Validity
+from lightwell import Error, EstimatorKind, LinkState, Setting, Status, Units, UnseenFill, Validity
 
 LIGHTWELLD = sys.argv[1]
 PATIENCE = 60.0
@@ -96,7 +97,14 @@ class PythonClient(unittest.TestCase):
             self.assertLessEqual(abs(info.clock_offset_ns), info.clock_uncertainty_ns + 1_000_000)
 
             self.assertIsNone(light.environment())
+            owners = probe.estimator_config()
+            self.assertEqual(owners.estimator, EstimatorKind.PANORAMA)
+            self.assertEqual((owners.band, owners.setting), (6, Setting.BALANCED))
+            probe.change_estimator(epsilon=0.02, setting="fast", unseen=UnseenFill.MIRROR)
             probe.set_estimator(environment_edge=16)
+            self.assertEqual(
+                probe.estimator_config(),
+                replace(owners, epsilon=0.02, setting=Setting.FAST, unseen=UnseenFill.MIRROR, environment_edge=16))
             mapped = self.until(probe, lambda l: l.environment() is not None)
             self.assertEqual(mapped.environment().levels[0].radiance.shape, (16, 16, 3))
             with self.assertRaises(Error) as refused:

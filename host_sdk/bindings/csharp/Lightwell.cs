@@ -1,5 +1,5 @@
 // How is this point lit, right now? Lightwell for C#, one file over the C ABI (lightwell.h), for Unity and elsewhere.
-//   Probe      the connection: Latest, At, WaitForNext, Info, Stats, SetEstimator, ReportLux
+//   Probe      the connection: Latest, At, WaitForNext, Info, Stats, EstimatorConfig, ChangeEstimator, ReportLux
 //   Lighting   an answer: Irradiance, Radiance, coefficients, Lights, the map for reflections, Rotated, ToUnity
 //
 // Put it into the project with liblightwell.so beside it (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are
@@ -293,6 +293,39 @@ namespace Lightwell
             return config;
         }
     }
+
+    /// <summary>Fields of EstimatorConfig that shall change; those that are null stay as they are.</summary>
+    public sealed class EstimatorUpdate
+    {
+        public int? Band, MaxLights, Setting, Unseen, Smoothing, EnvironmentEdge;
+        public double? LightThreshold, Epsilon, RadianceEpsilon, EnvironmentRate;
+        public double? MarkerDecimation, MarkerSearchDecimation;
+        public int? MarkerMaxFaces;
+
+        /// <summary>Puts what is set into `config`; returns its LW_FIELD_ bits.</summary>
+        internal ulong Fill(ref EstimatorConfig config)
+        {
+            return Put(Band, 0, ref config.Band) | Put(MaxLights, 1, ref config.MaxLights) |
+                Put(Setting, 2, ref config.Setting) | Put(Unseen, 3, ref config.Unseen) |
+                Put(Smoothing, 4, ref config.Smoothing) | Put(EnvironmentEdge, 5, ref config.EnvironmentEdge) |
+                Put(LightThreshold, 6, ref config.LightThreshold) | Put(Epsilon, 7, ref config.Epsilon) |
+                Put(RadianceEpsilon, 8, ref config.RadianceEpsilon) |
+                Put(EnvironmentRate, 9, ref config.EnvironmentRate) |
+                Put(MarkerDecimation, 10, ref config.MarkerDecimation) |
+                Put(MarkerSearchDecimation, 11, ref config.MarkerSearchDecimation) |
+                Put(MarkerMaxFaces, 12, ref config.MarkerMaxFaces);
+        }
+
+        private static ulong Put<T>(T? value, int bit, ref T field) where T : struct
+        {
+            if (!value.HasValue) return 0;
+            field = value.Value;
+            return 1UL << bit;
+        }
+    }
+
+    /// <summary>What light is read from: all that the camera sees around it, or a marker that it looks at.</summary>
+    public enum EstimatorKind { Panorama = 1, Marker = 2 }
 
     /// <summary>Who a probe is, how its clock stands, and what it counted since its start.</summary>
     [StructLayout(LayoutKind.Sequential)]
@@ -644,8 +677,33 @@ namespace Lightwell
         /// <summary>Of the link, or of the last refused message; empty while all went well.</summary>
         public string LastError { get { return Text(3); } }
 
-        /// <summary>All fields are sent: begin with EstimatorConfig.Defaults(). Blocks until the probe
-        /// answers.</summary>
+        /// <summary>As it is now, by the owner's file and by all clients since. Asks the probe, and blocks until it
+        /// answers. FailedPrecondition for a recording, and where the probe's firmware is too old to tell.</summary>
+        public EstimatorConfig EstimatorConfig()
+        {
+            var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
+            Native.Check(Native.lw_probe_get_estimator(handle, ref config));
+            return config;
+        }
+
+        /// <summary>Which estimator runs. As EstimatorConfig().</summary>
+        public EstimatorKind EstimatorKind()
+        {
+            int kind;
+            Native.Check(Native.lw_probe_get_estimator_kind(handle, out kind));
+            return (EstimatorKind)kind;
+        }
+
+        /// <summary>Sets the fields that are not null, for all clients of the probe, and leaves the others as they are:
+        /// ChangeEstimator(new EstimatorUpdate { Epsilon = 0.02 }). Blocks until the probe answers.</summary>
+        public void ChangeEstimator(EstimatorUpdate update)
+        {
+            var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
+            Native.Check(Native.lw_probe_change_estimator(handle, ref config, update.Fill(ref config)));
+        }
+
+        /// <summary>Replaces the whole configuration: what the owner or other clients chose is lost. Begin with
+        /// EstimatorConfig(), or use ChangeEstimator. Blocks until the probe answers.</summary>
         public void SetEstimator(EstimatorConfig config)
         {
             config.size = (uint)Marshal.SizeOf(typeof(EstimatorConfig));
@@ -701,7 +759,7 @@ namespace Lightwell
         private const string Library = "lightwell";
 
         /// <summary>LW_ABI_VERSION of the header that this file follows.</summary>
-        private const uint AbiVersion = 0x00010000;
+        private const uint AbiVersion = 0x00010001;
 
         internal static readonly uint SizeOfAnswer = (uint)Marshal.SizeOf(typeof(Answer));
         internal static readonly uint SizeOfLightingInfo = (uint)Marshal.SizeOf(typeof(LightingInfo));
@@ -794,6 +852,13 @@ namespace Lightwell
         internal static extern int lw_probe_text(ProbeHandle probe, int kind, [Out] byte[] text, UIntPtr capacity,
                                                  [Out] UIntPtr[] length);
         [DllImport(Library)] internal static extern int lw_estimator_config_defaults(ref EstimatorConfig config);
+        [DllImport(Library)]
+        internal static extern int lw_probe_get_estimator(ProbeHandle probe, ref EstimatorConfig config);
+        [DllImport(Library)]
+        internal static extern int lw_probe_get_estimator_kind(ProbeHandle probe, out int kind);
+        [DllImport(Library)]
+        internal static extern int lw_probe_change_estimator(ProbeHandle probe, ref EstimatorConfig config,
+                                                             ulong fields);
         [DllImport(Library)]
         internal static extern int lw_probe_set_estimator(ProbeHandle probe, ref EstimatorConfig config);
         [DllImport(Library)]

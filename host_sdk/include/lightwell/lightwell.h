@@ -1,7 +1,8 @@
 /* A probe, for any language that can call C: the C ABI of liblightwell.so.
  *   conventions of this interface   sizes, status, text, threads
  *   lw_abi_version, lw_last_error   of the library; of this thread's last call that failed
- *   lw_probe                        the connection: latest, at, wait_for_next, info, stats, set_estimator, report_lux
+ *   lw_probe                        the connection: latest, at, wait_for_next, info, stats, get_estimator,
+ *                                   change_estimator, set_estimator, report_lux
  *   lw_lighting                     an answer: irradiance, radiance, harmonics, lights, the map for reflections
  *
  * C99 and C++. What the numbers mean stands in probe.hpp and lighting.hpp, of which this is a face: directions and
@@ -45,7 +46,7 @@ extern "C" {
 
 /* Of this header: the upper 16 bits change where an older application would be wrong (and the SONAME with them), the
  * lower 16 where something was added. */
-#define LW_ABI_VERSION 0x00010000
+#define LW_ABI_VERSION 0x00010001
 
 /* In the place of a length: the text ends with a zero byte. */
 #define LW_ZERO_TERMINATED SIZE_MAX
@@ -222,6 +223,30 @@ typedef struct lw_estimator_config {
   int32_t reserved_2; /* 0. */
 } lw_estimator_config;
 
+/* Fields of lw_estimator_config, for lw_probe_change_estimator. */
+enum {
+  LW_FIELD_BAND = 1 << 0,
+  LW_FIELD_MAX_LIGHTS = 1 << 1,
+  LW_FIELD_SETTING = 1 << 2,
+  LW_FIELD_UNSEEN = 1 << 3,
+  LW_FIELD_SMOOTHING = 1 << 4,
+  LW_FIELD_ENVIRONMENT_EDGE = 1 << 5,
+  LW_FIELD_LIGHT_THRESHOLD = 1 << 6,
+  LW_FIELD_EPSILON = 1 << 7,
+  LW_FIELD_RADIANCE_EPSILON = 1 << 8,
+  LW_FIELD_ENVIRONMENT_RATE = 1 << 9,
+  LW_FIELD_MARKER_DECIMATION = 1 << 10,
+  LW_FIELD_MARKER_SEARCH_DECIMATION = 1 << 11,
+  LW_FIELD_MARKER_MAX_FACES = 1 << 12
+};
+
+/* What light is read from. */
+typedef int32_t lw_estimator_kind;
+enum {
+  LW_ESTIMATOR_PANORAMA = 1, /* All that the camera sees around it. */
+  LW_ESTIMATOR_MARKER = 2    /* A marker that the camera looks at. */
+};
+
 /* Texts of a probe, for lw_probe_text. */
 typedef int32_t lw_probe_text_kind;
 enum {
@@ -272,12 +297,24 @@ LW_API lw_status lw_probe_text(const lw_probe* probe, lw_probe_text_kind kind, c
 /* Fills `config` with the defaults of a probe. */
 LW_API lw_status lw_estimator_config_defaults(lw_estimator_config* config);
 
-/* Takes effect with the probe's next capture. All fields are sent. Blocks until the probe answers, at most
- * connect_timeout_ns. LW_FAILED_PRECONDITION for a recording; otherwise what the probe said. */
+/* How the probe's estimator is configured now, by its owner's file and by all clients since; and which one runs. Each
+ * asks the probe: blocks as lw_probe_change_estimator. LW_FAILED_PRECONDITION for a recording, and where the probe's
+ * firmware is too old to tell. Since LW_ABI_VERSION 0x00010001. */
+LW_API lw_status lw_probe_get_estimator(const lw_probe* probe, lw_estimator_config* config);
+LW_API lw_status lw_probe_get_estimator_kind(const lw_probe* probe, lw_estimator_kind* kind);
+
+/* Sets the fields that `fields` names, LW_FIELD_EPSILON | LW_FIELD_BAND, for all clients of the probe, and leaves the
+ * others as they are: they are not read here, and may be zero. Takes effect with the probe's next capture. Blocks until
+ * the probe answers, at most connect_timeout_ns. LW_INVALID_ARGUMENT: a value, a bit that is no field's, or none at
+ * all. LW_FAILED_PRECONDITION for a recording; otherwise what the probe said. Since LW_ABI_VERSION 0x00010001. */
+LW_API lw_status lw_probe_change_estimator(lw_probe* probe, const lw_estimator_config* config, uint64_t fields);
+
+/* Replaces the whole configuration: what the owner or other clients chose is lost, also in the fields that are defaults
+ * here. As lw_probe_change_estimator. */
 LW_API lw_status lw_probe_set_estimator(lw_probe* probe, const lw_estimator_config* config);
 
 /* Tells the probe what a lux meter beside it reads, facing normal[3]: from then on its units are absolute. *factor
- * (may be NULL) is what was applied. Blocks and fails as lw_probe_set_estimator. */
+ * (may be NULL) is what was applied. Blocks and fails as lw_probe_change_estimator. */
 LW_API lw_status lw_probe_report_lux(lw_probe* probe, double lux, const float* normal, double* factor);
 
 /* ---- an answer ---- */

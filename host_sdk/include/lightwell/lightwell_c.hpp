@@ -237,6 +237,21 @@ class Probe {
     return out;
   }
 
+  Result<lw_estimator_config> estimator_config() const {
+    auto out = sized<lw_estimator_config>();
+    if (Status s = status_of(lw_probe_get_estimator(get(), &out)); !s.ok()) return s;
+    return out;
+  }
+  Result<lw_estimator_kind> estimator_kind() const {
+    lw_estimator_kind out = 0;
+    if (Status s = status_of(lw_probe_get_estimator_kind(get(), &out)); !s.ok()) return s;
+    return out;
+  }
+  /// Sets the fields that `fields` names, LW_FIELD_EPSILON | LW_FIELD_BAND, and leaves the others as they are.
+  Status change_estimator(const lw_estimator_config& config, std::uint64_t fields) {
+    return status_of(lw_probe_change_estimator(get(), &config, fields));
+  }
+  /// Replaces the whole configuration.
   Status set_estimator(const lw_estimator_config& config) { return status_of(lw_probe_set_estimator(get(), &config)); }
   /// The factor that was applied.
   Result<double> report_lux(double lux, const Vec3& normal) {

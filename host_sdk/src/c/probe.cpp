@@ -5,6 +5,8 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include <lightwell/probe.hpp>
@@ -54,53 +56,89 @@ Result<ProbeOptions> options_of(const lw_probe_options* given) {
   return out;
 }
 
+static_assert(LW_ESTIMATOR_PANORAMA == static_cast<int>(EstimatorKind::panorama) &&
+              LW_ESTIMATOR_MARKER == static_cast<int>(EstimatorKind::marker));
+
+/// A field of lw_estimator_config, and where EstimatorConfig and EstimatorUpdate have it.
+template <class Given, class Member>
+struct ConfigMember {
+  std::uint64_t bit;
+  const char* name;
+  Given lw_estimator_config::*given;
+  Member member;
+};
+
+constexpr auto kConfigMembers = std::tuple{
+    ConfigMember{LW_FIELD_BAND, "band", &lw_estimator_config::band, [](auto& s) -> decltype(auto) { return (s.band); }},
+    ConfigMember{LW_FIELD_MAX_LIGHTS, "max_lights", &lw_estimator_config::max_lights,
+                 [](auto& s) -> decltype(auto) { return (s.max_lights); }},
+    ConfigMember{LW_FIELD_SETTING, "setting", &lw_estimator_config::setting,
+                 [](auto& s) -> decltype(auto) { return (s.setting); }},
+    ConfigMember{LW_FIELD_UNSEEN, "unseen", &lw_estimator_config::unseen,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.unseen); }},
+    ConfigMember{LW_FIELD_SMOOTHING, "smoothing", &lw_estimator_config::smoothing,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.smoothing); }},
+    ConfigMember{LW_FIELD_ENVIRONMENT_EDGE, "environment_edge", &lw_estimator_config::environment_edge,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.environment_edge); }},
+    ConfigMember{LW_FIELD_LIGHT_THRESHOLD, "light_threshold", &lw_estimator_config::light_threshold,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.light_threshold); }},
+    ConfigMember{LW_FIELD_EPSILON, "epsilon", &lw_estimator_config::epsilon,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.epsilon); }},
+    ConfigMember{LW_FIELD_RADIANCE_EPSILON, "radiance_epsilon", &lw_estimator_config::radiance_epsilon,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.radiance_epsilon); }},
+    ConfigMember{LW_FIELD_ENVIRONMENT_RATE, "environment_rate", &lw_estimator_config::environment_rate,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.environment_rate); }},
+    ConfigMember{LW_FIELD_MARKER_DECIMATION, "marker_decimation", &lw_estimator_config::marker_decimation,
+                 [](auto& s) -> decltype(auto) { return (s.marker.decimation); }},
+    ConfigMember{LW_FIELD_MARKER_SEARCH_DECIMATION, "marker_search_decimation",
+                 &lw_estimator_config::marker_search_decimation,
+                 [](auto& s) -> decltype(auto) { return (s.marker.search_decimation); }},
+    ConfigMember{LW_FIELD_MARKER_MAX_FACES, "marker_max_faces", &lw_estimator_config::marker_max_faces,
+                 [](auto& s) -> decltype(auto) { return (s.marker.max_faces); }},
+};
+
+template <class Visit>
+void for_each_member(Visit&& visit) {
+  std::apply([&](const auto&... member) { (visit(member), ...); }, kConfigMembers);
+}
+
 lw_estimator_config as_c(const EstimatorConfig& config) {
   lw_estimator_config out{};
   out.size = sizeof out;
-  out.band = config.band;
-  out.max_lights = config.max_lights;
-  out.setting = static_cast<std::int32_t>(config.setting);
-  out.unseen = static_cast<std::int32_t>(config.panorama.unseen);
-  out.smoothing = static_cast<std::int32_t>(config.panorama.smoothing);
-  out.environment_edge = config.panorama.environment_edge;
-  out.light_threshold = config.panorama.light_threshold;
-  out.epsilon = config.panorama.epsilon;
-  out.radiance_epsilon = config.panorama.radiance_epsilon;
-  out.environment_rate = config.panorama.environment_rate;
-  out.marker_decimation = config.marker.decimation;
-  out.marker_search_decimation = config.marker.search_decimation;
-  out.marker_max_faces = config.marker.max_faces;
+  for_each_member([&](const auto& m) {
+    auto& field = out.*m.given;
+    field = static_cast<std::remove_reference_t<decltype(field)>>(m.member(config));
+  });
   return out;
 }
 
-/// What EstimatorConfig::validate() would not see: a number that is none of the enum's, and becomes one when it is cut.
-Status in_range(std::int32_t value, std::int32_t last, const char* what) {
-  if (value >= 1 && value <= last) return {};
-  return invalid("lw_estimator_config." + std::string(what) + " is " + std::to_string(value) + "; it is 1 to " +
-                 std::to_string(last));
+/// An enumerator is an int32_t in C: a number that is none must not become one when it is cut.
+template <class Value, class Given>
+bool convert(Given given, Value& out) {
+  out = static_cast<Value>(given);
+  return static_cast<Given>(out) == given;
 }
 
-Result<EstimatorConfig> config_of(const lw_estimator_config* given) {
-  lw_estimator_config c = as_c({});
-  if (Status status = read_sized(given, "lw_estimator_config", c); !status.ok()) return status;
-  if (Status status = in_range(c.setting, 3, "setting"); !status.ok()) return status;
-  if (Status status = in_range(c.unseen, 3, "unseen"); !status.ok()) return status;
-  if (Status status = in_range(c.smoothing, 2, "smoothing"); !status.ok()) return status;
+/// Puts those that `fields` names into an update; `size` is how much of the struct the application has.
+Result<EstimatorUpdate> update_of(const lw_estimator_config& c, std::uint64_t fields, std::size_t size) {
   if (c.reserved != 0 || c.reserved_2 != 0) return invalid("lw_estimator_config.reserved is not 0");
-  EstimatorConfig out;
-  out.band = c.band;
-  out.max_lights = c.max_lights;
-  out.setting = static_cast<Setting>(c.setting);
-  out.panorama.unseen = static_cast<UnseenFill>(c.unseen);
-  out.panorama.smoothing = static_cast<Smoothing>(c.smoothing);
-  out.panorama.environment_edge = c.environment_edge;
-  out.panorama.light_threshold = c.light_threshold;
-  out.panorama.epsilon = c.epsilon;
-  out.panorama.radiance_epsilon = c.radiance_epsilon;
-  out.panorama.environment_rate = c.environment_rate;
-  out.marker.decimation = c.marker_decimation;
-  out.marker.search_decimation = c.marker_search_decimation;
-  out.marker.max_faces = c.marker_max_faces;
+  EstimatorUpdate out;
+  Status status;
+  for_each_member([&](const auto& m) {
+    if ((fields & m.bit) == 0 || !status.ok()) return;
+    fields &= ~m.bit;
+    const auto& given = c.*m.given;
+    const std::string name = "lw_estimator_config." + std::string(m.name);
+    if (reinterpret_cast<const char*>(&given + 1) - reinterpret_cast<const char*>(&c) > static_cast<long>(size))
+      status = invalid(name + " lies beyond lw_estimator_config.size; set that to sizeof(lw_estimator_config)");
+    else if (!convert(given, m.member(out).emplace()))
+      status = invalid(name + " is " + std::to_string(given) + ", which is none of its values");
+  });
+  if (!status.ok()) return status;
+  if (fields != 0)
+    return invalid(
+        "fields has bits that this library does not know: " + std::to_string(fields) +
+        "; they are LW_FIELD_..., or an older liblightwell is loaded than the application was compiled with");
   return out;
 }
 
@@ -252,10 +290,43 @@ lw_status lw_estimator_config_defaults(lw_estimator_config* config) {
   return call([&] { return write_sized(as_c(EstimatorConfig{}), "lw_estimator_config", config); });
 }
 
+lw_status lw_probe_get_estimator(const lw_probe* probe, lw_estimator_config* config) {
+  return with_probe(probe, [&](const Probe& p) -> Status {
+    const Result<EstimatorConfig> found = p.estimator_config();
+    return found.ok() ? write_sized(as_c(*found), "lw_estimator_config", config) : found.status();
+  });
+}
+
+lw_status lw_probe_get_estimator_kind(const lw_probe* probe, lw_estimator_kind* kind) {
+  return with_probe(probe, [&](const Probe& p) -> Status {
+    if (kind == nullptr) return invalid("kind is NULL: where should it go?");
+    const Result<EstimatorKind> found = p.estimator_kind();
+    if (found.ok()) *kind = static_cast<lw_estimator_kind>(*found);
+    return found.status();
+  });
+}
+
+lw_status lw_probe_change_estimator(lw_probe* probe, const lw_estimator_config* config, uint64_t fields) {
+  return with_probe(probe, [&](const Probe&) -> Status {
+    lw_estimator_config c{};
+    std::uint32_t size = 0;
+    if (Status status = size_of(config, "lw_estimator_config", size); !status.ok()) return status;
+    if (Status status = read_sized(config, "lw_estimator_config", c); !status.ok()) return status;
+    const Result<EstimatorUpdate> update = update_of(c, fields, size);
+    return update.ok() ? probe->value.change_estimator(*update) : update.status();
+  });
+}
+
 lw_status lw_probe_set_estimator(lw_probe* probe, const lw_estimator_config* config) {
   return with_probe(probe, [&](const Probe&) -> Status {
-    const Result<EstimatorConfig> asked = config_of(config);
-    return asked.ok() ? probe->value.set_estimator(*asked) : asked.status();
+    lw_estimator_config c = as_c(EstimatorConfig{});
+    if (Status status = read_sized(config, "lw_estimator_config", c); !status.ok()) return status;
+    // Zero where an application fills in the fields that it knows by itself.
+    if (c.marker_search_decimation == 0) c.marker_search_decimation = MarkerEstimatorConfig{}.search_decimation;
+    std::uint64_t fields = 0;
+    for_each_member([&](const auto& m) { fields |= m.bit; });
+    const Result<EstimatorUpdate> all = update_of(c, fields, sizeof c);
+    return all.ok() ? probe->value.set_estimator(updated({}, *all)) : all.status();
   });
 }
 

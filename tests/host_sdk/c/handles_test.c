@@ -56,6 +56,7 @@ static void no_handle_is_refused(lw_lighting* light) {
   lw_link_stats stats = {.size = sizeof stats};
   lw_environment map = {.size = sizeof map};
   lw_estimator_config config = {.size = sizeof config};
+  lw_estimator_kind kind = 0;
   const lw_lighting* none[3];
   int i;
   size_t k;
@@ -93,6 +94,9 @@ static void no_handle_is_refused(lw_lighting* light) {
     CHECK(lw_probe_get_stats(bad_probe, &stats) == LW_INVALID_ARGUMENT);
     CHECK(lw_probe_text(bad_probe, LW_PROBE_NAME, NULL, 0, NULL) == LW_INVALID_ARGUMENT);
     CHECK(lw_probe_set_estimator(bad_target, &config) == LW_INVALID_ARGUMENT);
+    CHECK(lw_probe_get_estimator(bad_probe, &config) == LW_INVALID_ARGUMENT);
+    CHECK(lw_probe_get_estimator_kind(bad_probe, &kind) == LW_INVALID_ARGUMENT);
+    CHECK(lw_probe_change_estimator(bad_target, &config, LW_FIELD_BAND) == LW_INVALID_ARGUMENT);
     CHECK(lw_probe_report_lux(bad_target, 1, up, NULL) == LW_INVALID_ARGUMENT);
     lw_probe_close(bad_target);
     lw_lighting_release(bad_into);
@@ -138,6 +142,8 @@ static void null_arguments_are_refused(lw_lighting* light, lw_probe* probe) {
   CHECK(lw_probe_text(probe, LW_PROBE_NAME, NULL, 1, NULL) == LW_INVALID_ARGUMENT);
   CHECK(lw_probe_text(probe, 4, &letter, 1, NULL) == LW_INVALID_ARGUMENT && letter == 'x');
   CHECK(lw_probe_set_estimator(probe, NULL) == LW_INVALID_ARGUMENT);
+  CHECK(lw_probe_change_estimator(probe, NULL, LW_FIELD_BAND) == LW_INVALID_ARGUMENT);
+  CHECK(lw_probe_get_estimator_kind(probe, NULL) == LW_INVALID_ARGUMENT);
   CHECK(lw_probe_report_lux(probe, 100, NULL, NULL) == LW_INVALID_ARGUMENT);
   CHECK(lw_estimator_config_defaults(NULL) == LW_INVALID_ARGUMENT);
 }

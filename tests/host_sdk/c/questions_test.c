@@ -155,6 +155,60 @@ static void options_are_checked(const char* recording, lw_probe* probe) {
   CHECK(lw_probe_report_lux(probe, 100, up, &factor) == LW_FAILED_PRECONDITION && factor == 3);
 }
 
+/* Fields that the bits do not name are not read: they may be anything. */
+static void changes_name_their_fields(lw_probe* probe) {
+  static const struct {
+    uint64_t bit;
+    const char* name;
+  } kFields[] = {{LW_FIELD_BAND, "band"},
+                 {LW_FIELD_MAX_LIGHTS, "max_lights"},
+                 {LW_FIELD_SETTING, "setting"},
+                 {LW_FIELD_UNSEEN, "unseen"},
+                 {LW_FIELD_SMOOTHING, "smoothing"},
+                 {LW_FIELD_ENVIRONMENT_EDGE, "environment_edge"},
+                 {LW_FIELD_LIGHT_THRESHOLD, "light_threshold"},
+                 {LW_FIELD_EPSILON, "epsilon"},
+                 {LW_FIELD_RADIANCE_EPSILON, "radiance_epsilon"},
+                 {LW_FIELD_ENVIRONMENT_RATE, "environment_rate"},
+                 {LW_FIELD_MARKER_DECIMATION, "marker.decimation"},
+                 {LW_FIELD_MARKER_SEARCH_DECIMATION, "marker.search_decimation"},
+                 {LW_FIELD_MARKER_MAX_FACES, "marker.max_faces"}};
+  const lw_estimator_config wrong = {.size = sizeof wrong,
+                                     .band = 9,
+                                     .max_lights = -1,
+                                     .setting = 257,
+                                     .unseen = 258,
+                                     .smoothing = -255,
+                                     .environment_edge = 7,
+                                     .light_threshold = NAN,
+                                     .epsilon = -1,
+                                     .radiance_epsilon = INFINITY,
+                                     .environment_rate = -1,
+                                     .marker_decimation = 99,
+                                     .marker_search_decimation = 99,
+                                     .marker_max_faces = -1};
+  lw_estimator_config config = wrong, shorter;
+  size_t k;
+  for (k = 0; k < sizeof kFields / sizeof kFields[0]; ++k) {
+    CHECK(lw_probe_change_estimator(probe, &wrong, kFields[k].bit) == LW_INVALID_ARGUMENT);
+    CHECK(strstr(lw_last_error(NULL), kFields[k].name) != NULL);
+  }
+  config.epsilon = 0.02;
+  CHECK(lw_probe_change_estimator(probe, &config, LW_FIELD_EPSILON) == LW_FAILED_PRECONDITION);
+  CHECK(strstr(lw_last_error(NULL), "recording") != NULL);
+  CHECK(lw_probe_change_estimator(probe, &config, 0) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "no field") != NULL);
+  CHECK(lw_probe_change_estimator(probe, &config, LW_FIELD_EPSILON | (uint64_t)1 << 40) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "LW_FIELD_") != NULL);
+  /* An older application's struct has no such field: what lies there is not its. */
+  shorter = config;
+  shorter.size = (uint32_t)offsetof(lw_estimator_config, marker_decimation);
+  CHECK(lw_probe_change_estimator(probe, &shorter, LW_FIELD_EPSILON) == LW_FAILED_PRECONDITION);
+  CHECK(lw_probe_change_estimator(probe, &shorter, LW_FIELD_MARKER_DECIMATION) == LW_INVALID_ARGUMENT);
+  CHECK(strstr(lw_last_error(NULL), "size") != NULL);
+  CHECK(lw_probe_get_estimator(probe, &config) == LW_FAILED_PRECONDITION && config.band == 9);
+}
+
 static void the_past_and_the_far_future(lw_probe* probe, lw_lighting* scratch) {
   lw_lighting_info info = {.size = sizeof info};
   uint64_t seen = 113;
@@ -269,6 +323,7 @@ int main(int argc, char** argv) {
   decoding_is_careful(argv[1]);
   sizes_are_kept(light, argv[2]);
   options_are_checked(argv[2], probe);
+  changes_name_their_fields(probe);
   texts_of_options_arrive();
   without_a_mounting_there_is_no_world(probe, scratch);
   the_past_and_the_far_future(probe, scratch);

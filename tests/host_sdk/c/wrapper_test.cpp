@@ -57,6 +57,8 @@ int main(int argc, char** argv) {
   auto config = lw::sized<lw_estimator_config>();
   CHECK(lw_estimator_config_defaults(&config) == LW_OK);
   CHECK(probe.set_estimator(config).code == LW_FAILED_PRECONDITION);
+  CHECK(probe.change_estimator(config, LW_FIELD_EPSILON).code == LW_FAILED_PRECONDITION);
+  CHECK(probe.estimator_config().status().code == LW_FAILED_PRECONDITION && !probe.estimator_kind().ok());
   lw::Lighting taken = std::move(*light);
   CHECK(taken.info().sequence == 113U && light->info().validity == LW_INVALID_QUERY);
   CHECK(light->irradiance(lw::Vec3{0, 1, 0}).validity == LW_INVALID_QUERY && light->lights().empty());

@@ -239,6 +239,9 @@ internal static class LightwellTest
             Check(config.Band == 6 && config.MaxLights == 16 && config.Epsilon == 0.01 && config.EnvironmentRate == 5,
                   "defaults");
             Check(Throws(Status.FailedPrecondition, "recording", () => probe.SetEstimator(config)), "set_estimator");
+            Check(Throws(Status.FailedPrecondition, "recording", () => probe.EstimatorConfig()), "estimator");
+            Check(Throws(Status.FailedPrecondition, "recording", () => probe.EstimatorKind()), "kind");
+            AChangeNamesItsFields(probe);
             config.Band = 9;
             Check(Throws(Status.InvalidArgument, "band", () => probe.SetEstimator(config)), "band 9");
             Check(Throws(Status.FailedPrecondition, "recording", () => probe.ReportLux(9, new Vec3(0, 1, 0))), "lux");
@@ -253,6 +256,30 @@ internal static class LightwellTest
             Check(false, "a disposed probe is refused");
         }
         catch (ObjectDisposedException) { }
+    }
+
+    private static void AChangeNamesItsFields(Probe probe)
+    {
+        Check(Throws(Status.FailedPrecondition, "recording",
+            () => probe.ChangeEstimator(new EstimatorUpdate { Epsilon = 0.02, Band = 0 })), "a change");
+        Check(Throws(Status.InvalidArgument, "no field", () => probe.ChangeEstimator(new EstimatorUpdate())), "none");
+        var wrong = new Dictionary<string, EstimatorUpdate> {
+            { "estimator.band", new EstimatorUpdate { Band = 9 } },
+            { "max_lights", new EstimatorUpdate { MaxLights = 65 } },
+            { "setting", new EstimatorUpdate { Setting = 257 } },
+            { "unseen", new EstimatorUpdate { Unseen = 4 } },
+            { "smoothing", new EstimatorUpdate { Smoothing = 3 } },
+            { "environment_edge", new EstimatorUpdate { EnvironmentEdge = 7 } },
+            { "light_threshold", new EstimatorUpdate { LightThreshold = 1 } },
+            { "panorama.epsilon", new EstimatorUpdate { Epsilon = 2 } },
+            { "radiance_epsilon", new EstimatorUpdate { RadianceEpsilon = 2 } },
+            { "environment_rate", new EstimatorUpdate { EnvironmentRate = -1 } },
+            { "marker.decimation", new EstimatorUpdate { MarkerDecimation = 9 } },
+            { "marker.search_decimation", new EstimatorUpdate { MarkerSearchDecimation = 9 } },
+            { "marker.max_faces", new EstimatorUpdate { MarkerMaxFaces = -1 } }
+        };
+        foreach (var field in wrong)
+            Check(Throws(Status.InvalidArgument, field.Key, () => probe.ChangeEstimator(field.Value)), field.Key);
     }
 
     private static void ALoopMakesNoGarbage(string folder)

@@ -224,8 +224,18 @@ class Errors(unittest.TestCase):
                 probe.set_estimator(band=9)
             with self.raises(Status.INVALID_ARGUMENT, "lux"):
                 probe.report_lux(float("nan"), [0, 1, 0])
-            with self.assertRaises(TypeError):
-                probe.set_estimator(bandwidth=2)
+            for change in (probe.change_estimator, probe.set_estimator):
+                for name in ("bandwidth", "size", "reserved", "estimator"):
+                    with self.assertRaises(TypeError):
+                        change(**{name: 2})
+                with self.raises(Status.INVALID_ARGUMENT, "fast, balanced, exact"):
+                    change(setting="quick")
+                with self.raises(Status.FAILED_PRECONDITION, "recording"):
+                    change(setting="fast", unseen=lightwell.UnseenFill.MIRROR, marker_max_faces=3)
+            with self.raises(Status.INVALID_ARGUMENT, "no field"):
+                probe.change_estimator()
+            with self.raises(Status.FAILED_PRECONDITION, "recording"):
+                probe.estimator_config()
 
     def test_of_a_closed_probe(self):
         probe = connect()

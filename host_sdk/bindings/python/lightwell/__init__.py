@@ -15,8 +15,9 @@ from ._abi import ffi as _ffi, lib as _lib
 from ._conventions import MainLight, OpenXrHarmonics, Residual, ShSigns, ThreeLights, UnityPipeline
 from ._lighting import Lighting
 from ._probe import Probe
-from ._values import (Answer, Derivation, Environment, EnvironmentLevel, Error, Flag, Light, LightingInfo, LinkState,
-                      LinkStats, ProbeInfo, Status, Units, Validity)
+from ._values import (Answer, Derivation, Environment, EnvironmentLevel, Error, EstimatorConfig, EstimatorKind, Flag,
+                      Light, LightingInfo, LinkState, LinkStats, ProbeInfo, Setting, Smoothing, Status, Units,
+                      UnseenFill, Validity)
 
 __version__ = _ffi.string(_lib.lw_version()).decode()
 
@@ -26,6 +27,7 @@ def connect(uri, **options):
     return Probe(uri, **options)
 
 
-__all__ = ["Answer", "Derivation", "Environment", "EnvironmentLevel", "Error", "Flag", "Light", "Lighting",
-           "LightingInfo", "LinkState", "LinkStats", "MainLight", "OpenXrHarmonics", "Probe", "ProbeInfo", "Residual",
-           "ShSigns", "Status", "ThreeLights", "Units", "UnityPipeline", "Validity", "connect"]
+__all__ = ["Answer", "Derivation", "Environment", "EnvironmentLevel", "Error", "EstimatorConfig", "EstimatorKind",
+           "Flag", "Light", "Lighting", "LightingInfo", "LinkState", "LinkStats", "MainLight", "OpenXrHarmonics",
+           "Probe", "ProbeInfo", "Residual", "Setting", "ShSigns", "Smoothing", "Status", "ThreeLights", "Units",
+           "UnityPipeline", "UnseenFill", "Validity", "connect"]

@@ -8,7 +8,8 @@ import numpy as np
 
 from ._abi import check, ffi, lib, take, text
 from ._lighting import Lighting, record
-from ._values import Error, LinkState, LinkStats, ProbeInfo, Status
+from ._values import (Error, EstimatorConfig, EstimatorKind, LinkState, LinkStats, ProbeInfo, Setting, Smoothing,
+                      Status, UnseenFill)
 
 # How long a wait goes on before Python looks for signals and for close().
 _SLICE_NS = 100_000_000
@@ -16,6 +17,22 @@ _SLICE_NS = 100_000_000
 _OPTIONS = {"max_age": "max_age_ns", "extrapolation": "extrapolation_ns", "connect_timeout": "connect_timeout_ns",
             "retry_min": "retry_min_ns", "retry_max": "retry_max_ns", "silence_limit": "silence_limit_ns"}
 _TEXTS = ("credentials_folder", "mqtt_ca_file", "mqtt_certificate_file", "mqtt_key_file", "mqtt_user", "mqtt_password")
+
+
+# Fields of EstimatorConfig that are words.
+_WORDS = {"setting": Setting, "unseen": UnseenFill, "smoothing": Smoothing}
+
+
+def _number(name, value):
+    """As C has it: "fast" is 1."""
+    if not isinstance(value, str):
+        return value
+    words = _WORDS.get(name, ())
+    for word in words:
+        if word.name.lower() == value:
+            return word
+    raise Error(Status.INVALID_ARGUMENT,
+                f"{name} is {value!r}; it is " + (", ".join(w.name.lower() for w in words) if words else "a number"))
 
 
 def _ns(seconds):
@@ -174,17 +191,32 @@ class Probe:
     def _text(raw, kind):
         return text(lambda memory, capacity, length: lib.lw_probe_text(raw, kind, memory, capacity, length))
 
-    def set_estimator(self, **fields):
-        """Fields of EstimatorConfig (proto/lightwell/v1/config.proto); those not named are set to their defaults.
-        Blocks until the probe answers."""
-        config = take("lw_estimator_config")
-        check(lib.lw_estimator_config_defaults(config))
-        for name, value in fields.items():
-            if name in ("size", "reserved", "reserved_2") or not hasattr(config, name):
-                raise TypeError(f"EstimatorConfig has no field {name!r}")
-            setattr(config, name, value)
+    def estimator_config(self):
+        """EstimatorConfig as it is now, by the owner's file and by all clients since. Asks the probe and blocks until
+        it answers. FAILED_PRECONDITION for a recording, and where the probe's firmware is too old to tell."""
+        struct, kind = take("lw_estimator_config"), ffi.new("lw_estimator_kind *")
         with self._used() as raw:
-            check(lib.lw_probe_set_estimator(raw, config))
+            check(lib.lw_probe_get_estimator(raw, struct))
+            check(lib.lw_probe_get_estimator_kind(raw, kind))
+        enums = {name: enum(getattr(struct, name)) for name, enum in _WORDS.items()}
+        return record(EstimatorConfig, struct, estimator=EstimatorKind(kind[0]), **enums)
+
+    def change_estimator(self, **fields):
+        """Sets the named fields of EstimatorConfig, for all clients of the probe, and leaves the others as they are:
+        change_estimator(epsilon=0.02, setting="fast"). Blocks until the probe answers."""
+        config, mask = take("lw_estimator_config"), 0
+        for name, value in fields.items():
+            bit = getattr(lib, f"LW_FIELD_{name.upper()}", None)
+            if bit is None or not hasattr(config, name):
+                raise TypeError(f"EstimatorConfig has no field {name!r} that can be changed")
+            setattr(config, name, _number(name, value))
+            mask |= bit
+        with self._used() as raw:
+            check(lib.lw_probe_change_estimator(raw, config, mask))
+
+    def set_estimator(self, **fields):
+        """As change_estimator()."""
+        self.change_estimator(**fields)
 
     def report_lux(self, lux, normal):
         """Tells the probe what a lux meter beside it reads, facing `normal` (3,): from then on its units are absolute.

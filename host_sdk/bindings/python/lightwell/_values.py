@@ -71,6 +71,36 @@ class Derivation(IntEnum):
     HELD = 3  # Beyond that: the newest as it was.
 
 
+class EstimatorKind(IntEnum):
+    """What light is read from."""
+
+    PANORAMA = 1  # All that the camera sees around it.
+    MARKER = 2  # A marker that the camera looks at.
+
+
+class Setting(IntEnum):
+    """Where an estimator stands between time and accuracy."""
+
+    FAST = 1
+    BALANCED = 2
+    EXACT = 3
+
+
+class UnseenFill(IntEnum):
+    """What stands in for directions that no pixel sees."""
+
+    NONE = 1
+    MIRROR = 2
+    AVERAGE = 3
+
+
+class Smoothing(IntEnum):
+    """How light is smoothed over time."""
+
+    NONE = 1
+    ONE_EURO = 2  # The 1 euro filter.
+
+
 class LinkState(IntEnum):
     """How the link to a probe stands."""
 
@@ -187,6 +217,28 @@ class ProbeInfo:
     authentication_failures: int
     position: Optional[np.ndarray]  # float64 (3,), m: where the probe hangs in its room; None where it does not know.
     orientation: Optional[np.ndarray]  # float64 (4,), x, y, z, w: p_world = orientation p_probe + position.
+
+
+@dataclass(frozen=True)
+class EstimatorConfig:
+    """How a probe's estimator is configured. Meanings: proto/lightwell/v1/config.proto."""
+
+    estimator: EstimatorKind  # Which one runs. It cannot be changed.
+    band: int
+    max_lights: int
+    setting: Setting
+    # Of the panorama estimator alone.
+    unseen: UnseenFill
+    smoothing: Smoothing
+    environment_edge: int
+    light_threshold: float
+    epsilon: float
+    radiance_epsilon: float
+    environment_rate: float
+    # Of the marker estimator alone.
+    marker_decimation: float
+    marker_search_decimation: float
+    marker_max_faces: int
 
 
 @dataclass(frozen=True)
