@@ -1,4 +1,7 @@
 // A panorama goes in at the daemon, and its light comes out of the SDK.
+#include <atomic>
+#include <thread>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -102,6 +105,64 @@ TEST_F(LightTest, TheEstimatorCanBeChangedWhileItRuns) {
     const Lighting light = observer.probe().latest();
     return light.validity() == Validity::valid && light.descriptor().radiance.band <= 1 && light.lights().empty();
   }));
+}
+
+TEST_F(LightTest, TwoClientsChangeDifferentFieldsAndBothHold) {
+  Observer one(daemon_.uri()), other(daemon_.uri());
+  const Result<EstimatorConfig> before = one.probe().estimator_config();
+  ASSERT_TRUE(before.ok()) << before.status().message();
+  EXPECT_EQ(*before, EstimatorConfig{});
+  EXPECT_EQ(*one.probe().estimator_kind(), EstimatorKind::panorama);
+  ASSERT_TRUE(one.probe().change_estimator({.panorama = {.unseen = UnseenFill::mirror}}).ok());
+
+  constexpr int kChanges = 200;
+  std::atomic<int> wrong{0};
+  std::thread lights([&] {
+    for (int i = 0; i < kChanges; ++i)
+      if (!other.probe().change_estimator({.max_lights = i % 65}).ok() ||
+          other.probe().estimator_config()->max_lights != i % 65)
+        ++wrong;
+  });
+  for (int i = 0; i < kChanges; ++i)
+    if (!one.probe().change_estimator({.panorama = {.epsilon = 0.001 * i}}).ok() ||
+        one.probe().estimator_config()->panorama.epsilon != 0.001 * i)
+      ++wrong;
+  lights.join();
+  EXPECT_EQ(wrong, 0) << "nobody else changes either field";
+
+  EstimatorConfig expected;
+  expected.max_lights = (kChanges - 1) % 65;
+  expected.panorama.epsilon = 0.001 * (kChanges - 1);
+  expected.panorama.unseen = UnseenFill::mirror;
+  EXPECT_EQ(*one.probe().estimator_config(), expected);
+  EXPECT_EQ(*other.probe().estimator_config(), expected);
+}
+
+TEST_F(LightTest, TheToolReadsTheConfigurationAndChangesAFieldOfIt) {
+  const auto run = [&](std::vector<std::string> arguments) {
+    Child tool(tool_command(std::move(arguments)));
+    const Ending ending = tool.wait();
+    EXPECT_EQ(ending.signal, 0);
+    return std::pair{ending.code, tool.out() + tool.err()};
+  };
+  const std::string& uri = daemon_.uri();
+  EXPECT_EQ(run({"config", "set", uri, "setting=fast", "panorama.epsilon=0.0123456789"}).first, 0);
+  EXPECT_EQ(run({"config", "set", uri, "max_lights=3"}).first, 0);
+  EXPECT_EQ(run({"config", "get", uri, "--json"}),
+            (std::pair{0, std::string("{\"estimator\":\"panorama\",\"band\":6,\"max_lights\":3,\"setting\":\"fast\","
+                                      "\"panorama.light_threshold\":6,\"panorama.epsilon\":0.0123456789,"
+                                      "\"panorama.radiance_epsilon\":0,\"panorama.unseen\":\"none\","
+                                      "\"panorama.smoothing\":\"one_euro\",\"panorama.environment_edge\":0,"
+                                      "\"panorama.environment_rate\":5}\n")}));
+  const auto [code, text] = run({"config", "get", uri});
+  EXPECT_EQ(code, 0);
+  EXPECT_THAT(text, ::testing::StartsWith("# estimator: panorama\nband=6\nmax_lights=3\n"));
+
+  // Of several fields none is set where one is wrong; an option of another estimator is refused by the probe.
+  const auto [refused, reason] = run({"config", "set", uri, "band=2", "marker.max_faces=3"});
+  EXPECT_EQ(refused, 2) << reason;
+  EXPECT_THAT(reason, ::testing::HasSubstr("marker.max_faces"));
+  EXPECT_THAT(run({"config", "get", uri}).second, ::testing::HasSubstr("band=6\n"));
 }
 
 TEST_F(LightTest, ALuxReadingMakesUnitsAbsolute) {

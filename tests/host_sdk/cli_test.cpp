@@ -64,7 +64,7 @@ class Cli : public ::testing::Test {
 TEST_F(Cli, HelpTeaches) {
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
-  for (const char* word : {"watch", "query", "record", "replay", "info", "grpc://", "Exit codes"})
+  for (const char* word : {"watch", "query", "record", "replay", "info", "config", "grpc://", "Exit codes"})
     EXPECT_THAT(help.out, HasSubstr(word));
   for (const char* key : {"latency_p50_ms", "latency_p99_ms", "age_p50_ms", "age_p99_ms", "bytes_p50", "frames_per_s",
                           "gaps", "clock_uncertainty_ms"})
@@ -72,9 +72,11 @@ TEST_F(Cli, HelpTeaches) {
 }
 
 TEST_F(Cli, MisuseIsOneLineAndTwo) {
-  for (const std::string bad : {"", "frobnicate", "watch", "watch mqtt://x", "watch grpc://h --seconds no",
-                                "query grpc://h", "query grpc://h --normal 1,2", "query grpc://h --normal 0,0,0",
-                                "query grpc://h --direction 0,0,1 --roughness 2"}) {
+  for (const std::string bad :
+       {"", "frobnicate", "watch", "watch mqtt://x", "watch grpc://h --seconds no", "query grpc://h",
+        "query grpc://h --normal 1,2", "query grpc://h --normal 0,0,0",
+        "query grpc://h --direction 0,0,1 --roughness 2", "config", "config get", "config set grpc://h",
+        "config set grpc://h band", "config set grpc://h bands=2", "config set grpc://h setting=quick"}) {
     const Outcome result = run(bad);
     EXPECT_EQ(result.code, 2) << bad << ": " << result.out;
     EXPECT_EQ(lines(result.out), 1) << bad << ": " << result.out;
@@ -87,6 +89,13 @@ TEST_F(Cli, NobodyThereIsThree) {
   EXPECT_EQ(result.code, 3) << result.out;
   EXPECT_EQ(lines(result.out), 1) << result.out;
   EXPECT_THAT(result.out, HasSubstr("lightwelld"));
+}
+
+TEST_F(Cli, AConfigurationOfNoProbeIsFourAndOfAnAbsentOneThree) {
+  EXPECT_THAT(run("config set --help").out, HasSubstr("NAME=VALUE"));
+  EXPECT_EQ(run("config get replay:" + recording()).code, 4);
+  EXPECT_EQ(run("config set replay:" + recording() + " band=2").code, 4);
+  EXPECT_EQ(run("config set grpc://127.0.0.1:1 band=2").code, 3);
 }
 
 TEST_F(Cli, MissingFileIsFour) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace lightwell::tool {
 
@@ -51,6 +52,20 @@ struct InfoOptions {
   MapInfo map = MapInfo::told;
 };
 int run_info(const InfoOptions& options);
+
+struct ConfigGetOptions {
+  std::string uri;
+  std::string credentials;  ///< Folder; empty: looked up.
+  Output output = Output::text;
+};
+int run_config_get(const ConfigGetOptions& options);
+
+struct ConfigSetOptions {
+  std::string uri;
+  std::string credentials;          ///< Folder; empty: looked up.
+  std::vector<std::string> fields;  ///< "name=value".
+};
+int run_config_set(const ConfigSetOptions& options);
 
 struct DiscoverCommand {
   double timeout = 2;

@@ -26,6 +26,7 @@ constexpr const char* kExamples = R"(Examples:
   lightwell query grpc://probe.local --direction 0,0,-1 --roughness 0.4
   lightwell record grpc://probe.local evening.lwr --seconds 60
   lightwell query replay:evening.lwr --lights --json
+  lightwell config set grpc://probe.local setting=fast   for all clients of the probe
   lightwell discover                                     which probes there are
   lightwell pair grpcs://probe.local --code 123456       with the code that the probe shows
   lightwell watch grpcs://probe.local                    from then on
@@ -63,6 +64,25 @@ Keys with --json: quantity, rgb, luminance, unit, lights (included, left_out), v
 bound (null: infinite), flags, of a radiance source; of a light: track, direction, rgb, luminance, unit,
 angular_radius_deg, direction_covariance.)";
 
+constexpr const char* kConfigHelp =
+    R"(The estimator's configuration, as the probe's file and all clients since made it. It is the same
+for all clients, and lasts until lightwelld starts anew.
+  lightwell config get grpc://probe.local
+  lightwell config get grpc://probe.local --json
+  lightwell config set grpc://probe.local setting=fast panorama.epsilon=0.02)";
+
+constexpr const char* kConfigGetHelp =
+    R"(A line NAME=VALUE for each field, as `config set` takes them, below a line "# estimator: KIND".
+Keys with --json: estimator (panorama, marker), then each field by its name.
+Shown are the fields of the estimator that runs. Meanings and limits: proto/lightwell/v1/config.proto.)";
+
+constexpr const char* kConfigSetHelp =
+    R"(Each NAME=VALUE is a field as `config get` writes it; what is not named stays as it is. All are set
+together or none is; they hold from the next capture on.
+  lightwell config set grpc://probe.local panorama.epsilon=0.02
+  lightwell config set usb: band=2 max_lights=4 panorama.unseen=mirror
+Exit codes: 2 a field or a value that there is not, 3 unreachable, 4 the probe refused.)";
+
 constexpr const char* kDiscoverHelp =
     R"(By multicast DNS, of probes that announce themselves (`discovery` of their configuration), by USB, and
 with --broker of probes whose status is retained there, up to three levels below TOPIC. What is shown
@@ -91,6 +111,7 @@ class Program {
     add_record();
     add_replay();
     add_info();
+    add_config();
     add_discover();
     add_pair();
   }
@@ -176,6 +197,22 @@ class Program {
     command->callback([this] { exit_code_ = run_info(info_); });
   }
 
+  void add_config() {
+    CLI::App* command = add("config", "Read the estimator's configuration, or change fields of it");
+    command->require_subcommand(1);
+    command->footer(kConfigHelp);
+    CLI::App* get = command->add_subcommand("get", "All fields as they are now");
+    add_uri(get, config_get_.uri, config_get_.credentials);
+    add_json(get, config_get_.output);
+    get->footer(kConfigGetHelp);
+    get->callback([this] { exit_code_ = run_config_get(config_get_); });
+    CLI::App* set = command->add_subcommand("set", "Change some fields and leave the others as they are");
+    add_uri(set, config_set_.uri, config_set_.credentials);
+    set->add_option("NAME=VALUE", config_set_.fields, "Fields to change, as `config get` writes them")->required();
+    set->footer(kConfigSetHelp);
+    set->callback([this] { exit_code_ = run_config_set(config_set_); });
+  }
+
   void add_discover() {
     CLI::App* command = add("discover", "Which probes there are, their versions, calibrations and links");
     command->add_option("--timeout", discover_.timeout, "Seconds to look [2]")->check(CLI::PositiveNumber);
@@ -208,6 +245,8 @@ class Program {
   RecordOptions record_;
   ReplayOptions replay_;
   InfoOptions info_;
+  ConfigGetOptions config_get_;
+  ConfigSetOptions config_set_;
   DiscoverCommand discover_;
   PairCommand pair_;
   int exit_code_ = kOk;

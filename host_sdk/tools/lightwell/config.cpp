@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <cstdio>
+
+#include <lightwell/probe.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "feed.hpp"
+#include "json_line.hpp"
+
+namespace lightwell::tool {
+namespace {
+
+Result<Probe> connect(const std::string& uri, const std::string& credentials) {
+  const Result<ProbeOptions> how = options_with(credentials);
+  if (!how.ok()) return how.status();
+  return Probe::connect(uri, *how);
+}
+
+}  // namespace
+
+int run_config_get(const ConfigGetOptions& options) {
+  const Result<Probe> probe = connect(options.uri, options.credentials);
+  if (!probe.ok()) return fail(probe.status());
+  const Result<EstimatorConfig> config = probe->estimator_config();
+  if (!config.ok()) return fail(config.status());
+  const Result<EstimatorKind> kind = probe->estimator_kind();
+  if (!kind.ok()) return fail(kind.status());
+  const std::vector<ConfigField> fields = fields_of({*kind, *config});
+  if (options.output == Output::json) {
+    JsonLine line;
+    line.text("estimator", to_string(*kind));
+    for (const ConfigField& f : fields)
+      line.raw(f.name, f.type == ConfigField::Type::number ? f.value : json_string(f.value));
+    std::printf("%s\n", line.str().c_str());
+    return kOk;
+  }
+  std::printf("# estimator: %s\n", std::string(to_string(*kind)).c_str());
+  for (const ConfigField& f : fields) std::printf("%s=%s\n", f.name.c_str(), f.value.c_str());
+  return kOk;
+}
+
+int run_config_set(const ConfigSetOptions& options) {
+  // What is misspelt is said before anybody is asked.
+  EstimatorUpdate update;
+  for (const std::string& field : options.fields) {
+    const auto equals = field.find('=');
+    if (equals == std::string::npos)
+      return fail(kUsage, "'" + field + "' is no NAME=VALUE; see lightwell config set --help");
+    const std::string_view text = field;
+    if (const Status s = set_field(update, text.substr(0, equals), text.substr(equals + 1)); !s.ok()) return fail(s);
+  }
+  Result<Probe> probe = connect(options.uri, options.credentials);
+  if (!probe.ok()) return fail(probe.status());
+  const Status changed = probe->change_estimator(update);
+  return changed.ok() ? int{kOk} : fail(changed);
+}
+
+}  // namespace lightwell::tool
