@@ -132,6 +132,7 @@ StatusSnapshot Pipeline::status() const {
   s.counters.clients = links.clients;
   s.counters.messages_refused = links.messages_refused;
   s.counters.authentication_failures = links.authentication_failures;
+  s.counters.client_list_faults = links.client_list_faults;
   {
     const std::lock_guard lock(mutex_);
     s.counters.setting_moves = governed_.moves;

@@ -20,6 +20,7 @@ struct LinkCounters {
   std::uint64_t messages_refused =
       0;  ///< From outside: no message, never whole, damaged, too large, not for us, played again or too many.
   std::uint64_t authentication_failures = 0;  ///< Calls of nobody that the probe knows.
+  std::uint64_t client_list_faults = 0;       ///< Changes of the list of clients that could not be read.
 };
 
 class Link {
@@ -37,8 +38,8 @@ class Link {
   [[nodiscard]] virtual LinkCounters counters() const = 0;
   /// Where clients reach it, "grpc://127.0.0.1:7420". Known after start().
   [[nodiscard]] virtual std::string address() const = 0;
-  /// Why nobody is reached through it at the moment, for a person; empty while all is well. A link that needs a third
-  /// party (a broker) starts without it and says so here.
+  /// What is wrong at the moment, for a person; empty while all is well. A link that needs a third party (a broker)
+  /// starts without it and says so here; one whose files were damaged goes on with what it read before and says so.
   [[nodiscard]] virtual std::string trouble() const { return {}; }
 };
 

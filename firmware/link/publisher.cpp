@@ -36,6 +36,7 @@ LinkCounters Publisher::counters() const {
     sum.coalesced += c.coalesced;
     sum.messages_refused += c.messages_refused;
     sum.authentication_failures += c.authentication_failures;
+    sum.client_list_faults += c.client_list_faults;
   }
   return sum;
 }

@@ -27,6 +27,7 @@ void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
   c.set_estimates_late_at_fast(from.estimates_late_at_fast);
   c.set_messages_refused(from.messages_refused);
   c.set_authentication_failures(from.authentication_failures);
+  c.set_client_list_faults(from.client_list_faults);
   if (status.T_world_probe) *m.mutable_mounting() = mounting_to(*status.T_world_probe);
 }
 
@@ -52,7 +53,8 @@ StatusSnapshot status_of(const v1::InfoResponse& m) {
                   .estimates_late = c.estimates_late(),
                   .estimates_late_at_fast = c.estimates_late_at_fast(),
                   .messages_refused = c.messages_refused(),
-                  .authentication_failures = c.authentication_failures()};
+                  .authentication_failures = c.authentication_failures(),
+                  .client_list_faults = c.client_list_faults()};
   // A mounting that cannot be is none: who asks for the world is told that it is not known.
   if (m.has_mounting())
     if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())

@@ -1,5 +1,10 @@
-// Someone stands between at a pairing: ends the encryption on both sides, reads all and passes it on.
+// Someone stands between at a pairing: ends the encryption on both sides, reads all and passes it on. Or takes the
+// probe's place afterwards, with a certificate of the same authority.
 #include <filesystem>
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
@@ -10,12 +15,15 @@
 
 #include "e2e/secure_daemon.hpp"
 #include "lightwell/v1/pairing.grpc.pb.h"
+#include "lightwell/v1/probe_service.grpc.pb.h"
 #include "link/access/certificate.hpp"
+#include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
 
 namespace lightwell::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// Hands every message on as it is.
@@ -99,6 +107,160 @@ TEST_F(BetweenTest, AProbeThatDoesNotKnowTheCodeIsNotBelieved) {
   const Result<PairedProbe> paired = pair_with_probe(mode.uri(), other, {.store = folder_.path("store")});
   ASSERT_FALSE(paired.ok());
   EXPECT_FALSE(std::filesystem::exists(folder_.path("store")));
+}
+
+/// Answers where the probe would, and writes down what clients send.
+class Impostor final : public v1::ProbeService::Service {
+ public:
+  Impostor(const std::string& certificate, const std::string& key) {
+    grpc::SslServerCredentialsOptions options;
+    options.pem_key_cert_pairs.push_back({key, certificate});
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::SslServerCredentials(options), &port_);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+  }
+  ~Impostor() override { server_->Shutdown(std::chrono::system_clock::now()); }
+
+  [[nodiscard]] std::string uri() const { return "grpcs://127.0.0.1:" + std::to_string(port_); }
+  /// All metadata of all calls.
+  [[nodiscard]] std::string heard() const {
+    const std::lock_guard lock(mutex_);
+    return heard_;
+  }
+
+  grpc::Status Info(grpc::ServerContext* context, const v1::InfoRequest*, v1::InfoResponse*) override {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [name, value] : context->client_metadata())
+      heard_.append(name.data(), name.size()).append("=").append(value.data(), value.size()).append("\n");
+    return {grpc::StatusCode::UNAVAILABLE, "an impostor"};
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::string heard_;
+  std::unique_ptr<grpc::Server> server_;
+  int port_ = 0;
+};
+
+/// An owner's authority, as openssl makes it: a root and an intermediate, which sells certificates to anyone.
+class OwnersAuthority {
+ public:
+  explicit OwnersAuthority(const TempDir& folder) : folder_(folder) {
+    folder_.write("authority.ext", "basicConstraints=critical,CA:TRUE\nkeyUsage=critical,keyCertSign,cRLSign\n");
+    openssl({"req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2", "-subj",
+             "/CN=root", "-keyout", at("root.key"), "-out", at("root")});
+    make_key("intermediate.key");
+    issue("intermediate", "intermediate.key", "root", "root.key", "authority.ext");
+  }
+  /// A certificate for `host`, with the intermediate and the root behind it.
+  std::string chain_for(const std::string& host, const std::string& key_file) {
+    folder_.write("leaf.ext",
+                  "basicConstraints=critical,CA:FALSE\nextendedKeyUsage=serverAuth\nsubjectAltName=DNS:" + host + "\n");
+    issue("leaf", key_file, "intermediate", "intermediate.key", "leaf.ext");
+    return file_text(at("leaf")) + file_text(at("intermediate")) + file_text(at("root"));
+  }
+  std::string make_key(const std::string& file) {
+    openssl({"ecparam", "-name", "prime256v1", "-genkey", "-noout", "-out", at(file)});
+    return file_text(at(file));
+  }
+
+ private:
+  [[nodiscard]] std::string at(const std::string& file) const { return folder_.path(file); }
+  static void openssl(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "/usr/bin/openssl");
+    Child child(arguments);
+    EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
+  }
+  void issue(const std::string& file, const std::string& key, const std::string& issuer, const std::string& issuer_key,
+             const std::string& extensions) {
+    openssl({"req", "-new", "-key", at(key), "-subj", "/CN=" + file, "-out", at("request")});
+    openssl({"x509", "-req", "-in", at("request"), "-CA", at(issuer), "-CAkey", at(issuer_key), "-CAcreateserial",
+             "-days", "2", "-extfile", at(extensions), "-out", at(file)});
+  }
+
+  const TempDir& folder_;
+};
+
+class PinnedChainTest : public SecureDaemonTest {
+ protected:
+  PinnedChainTest()
+      : key_(authority_.make_key("own_key.pem")),
+        chain_(authority_.chain_for("attic.example", "own_key.pem")),
+        other_key_(authority_.make_key("other_key.pem")),
+        other_chain_(authority_.chain_for("shop.example", "other_key.pem")) {
+    show(chain_);
+  }
+  /// From its next start on, the probe shows this chain.
+  void show(const std::string& chain) const { folder_.write("own.pem", chain); }
+  [[nodiscard]] DaemonOptions showing() const {
+    const std::string config = folder_.write(
+        "probe.textproto", "camera { uri: \"sim:" + folder_.path("room.exr") +
+                               "\" }\ngrpc { security: LINK_SECURITY_TLS keys: \"keys\" certificate: \"own.pem\" key: "
+                               "\"own_key.pem\" }\n");
+    return {.more = {"--config", config}};
+  }
+  /// Pairs with the probe; returns the folder of credentials.
+  std::string paired() {
+    PairingMode mode(showing().more, 7420);
+    return pair(mode);
+  }
+  static void expect_refused(const std::string& folder, const Impostor& impostor) {
+    const Result<Probe> probe = connect(impostor.uri(), folder);
+    ASSERT_FALSE(probe.ok());
+    EXPECT_THAT(probe.status().message(), AllOf(HasSubstr("TLS handshake failed"), HasSubstr("pair with it again")));
+    EXPECT_EQ(impostor.heard(), "") << "not even a call came, let alone a token";
+  }
+  static ::testing::AssertionResult lights(const std::string& uri, const std::string& folder) {
+    const Result<Probe> probe = connect(uri, folder);
+    return probe.ok() ? gets_light(*probe) : ::testing::AssertionFailure() << probe.status().message();
+  }
+
+  OwnersAuthority authority_{folder_};
+  const std::string key_, chain_, other_key_, other_chain_;
+};
+
+TEST_F(PinnedChainTest, AnotherCertificateOfTheSameIntermediateIsRefusedAndNoTokenLeaves) {
+  const std::string folder = paired();
+  const std::string token = file_text(folder + "/token");
+  ASSERT_GE(token.size(), kTokenLength);
+  expect_refused(folder, Impostor(other_chain_, other_key_));
+  // Who holds the pinned key is told the token: the test above is able to hear it.
+  const Impostor thief(chain_, key_);
+  EXPECT_FALSE(connect(thief.uri(), folder).ok());
+  EXPECT_THAT(thief.heard(), HasSubstr(token.substr(0, kTokenLength)));
+  EXPECT_TRUE(lights(Daemon(showing()).uri(), folder));
+}
+
+TEST_F(PinnedChainTest, AFolderThatHoldsTheWholeChainFromAnEarlierPairingIsReadAsItsFirstCertificate) {
+  const std::string folder = paired();
+  std::ofstream(folder + "/probe_ca.pem") << chain_;
+  std::filesystem::remove(folder + "/host");
+  expect_refused(folder, Impostor(other_chain_, other_key_));
+  EXPECT_TRUE(lights(Daemon(showing()).uri(), folder));
+}
+
+TEST_F(PinnedChainTest, ARenewedCertificateIsTheProbesForAsLongAsItsKeyIsTheSame) {
+  const std::string folder = paired();
+  show(authority_.chain_for("attic.example", "own_key.pem"));
+  EXPECT_TRUE(lights(Daemon(showing()).uri(), folder));
+  const std::string key = authority_.make_key("own_key.pem");
+  expect_refused(folder, Impostor(authority_.chain_for("attic.example", "own_key.pem"), key));
+}
+
+TEST_F(PinnedChainTest, APinnedAuthorityVouchesForTheProbesNameAlone) {
+  ProbeCredentials c;
+  c.pinned = file_text(folder_.path("intermediate"));
+  c.token = std::string(kTokenLength, 'x');
+  const Impostor other(other_chain_, other_key_);
+  const Result<Probe> refused = connect(other.uri(), c);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.status().message(),
+              AllOf(HasSubstr("does not name probe.lightwell.internal"), HasSubstr("`ca`")));
+  EXPECT_EQ(other.heard(), "");
+  const Impostor named(authority_.chain_for(kProbeHostName, "other_key.pem"), other_key_);
+  EXPECT_FALSE(connect(named.uri(), c).ok());
+  EXPECT_THAT(named.heard(), HasSubstr(c.token)) << "the name was all that the other lacked";
 }
 
 }  // namespace

@@ -88,6 +88,18 @@ TEST_F(SecurityTest, PairedOnceAProbeIsWatchedByItsAddressAlone) {
   EXPECT_TRUE(probe->set_estimator({}).ok());
 }
 
+TEST_F(SecurityTest, AMistakeInTheListOfClientsIsInTheLogAndInInfo) {
+  Daemon daemon(options("tls"));
+  const std::string folder = pair(daemon.uri());
+  std::ofstream(keys() + "/clients", std::ios::app) << "a slip of the hand\n";
+  EXPECT_TRUE(comes_true("the log names the line", [&] {
+    return daemon.process().err().find("clients:4: the first word is no SHA-256") != std::string::npos;
+  })) << daemon.process().err();
+  Child info(tool({"info", daemon.uri(), "--json"}), environment());
+  EXPECT_EQ(info.wait(), (Ending{0, 0})) << info.err();
+  EXPECT_THAT(info.out(), HasSubstr("\"client_list_faults\":1"));
+}
+
 TEST_F(SecurityTest, WhatAnEavesdropperHearsHoldsNoSecret) {
   Daemon daemon(options("tls"));
   PairingMode mode(keys(), "tls", port_of(daemon.uri()));

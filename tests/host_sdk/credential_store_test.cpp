@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <unistd.h>
 #include <vector>
@@ -12,6 +13,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+
+#include <lightwell/secrets.hpp>
 
 #include "support/temp_dir.hpp"
 
@@ -157,7 +160,15 @@ TEST_F(CredentialStore, IsForItsOwnerAlone) {
     ++files;
     EXPECT_EQ(entry.status().permissions(), fs::perms::owner_read | fs::perms::owner_write) << entry.path();
   }
-  EXPECT_EQ(files, 6);
+  EXPECT_EQ(files, 7);
+}
+
+TEST_F(CredentialStore, SaysWhichNameTheCertificateBears) {
+  const std::string folder = keep(files_of(kAttic, "attic", "attic:7420"));
+  std::ifstream file(folder + "/host");
+  std::string host;
+  EXPECT_TRUE(std::getline(file, host));
+  EXPECT_EQ(host, kProbeHostName) << "an authority's: the one that probes' certificates bear";
 }
 
 TEST_F(CredentialStore, AFolderThatLacksWhatMattersIsNamed) {

@@ -57,6 +57,7 @@ class FakeProbe::Service final : public Raw {
     response->mutable_counters()->set_frames(1234);
     response->mutable_counters()->set_messages_refused(17);
     response->mutable_counters()->set_authentication_failures(18);
+    response->mutable_counters()->set_client_list_faults(19);
     if (mounting) *response->mutable_mounting() = *mounting;
     return grpc::Status::OK;
   }

@@ -100,6 +100,7 @@ TEST(GrpcSource, InfoTellsWhoAndWhen) {
   EXPECT_EQ(info.counters.frames, 1234U);
   EXPECT_EQ(info.counters.messages_refused, 17U);
   EXPECT_EQ(info.counters.authentication_failures, 18U);
+  EXPECT_EQ(info.counters.client_list_faults, 19U);
   EXPECT_FALSE(info.T_world_probe);
   EXPECT_LE(std::llabs(info.clock_offset.ns - offset), info.clock_uncertainty.ns);
   EXPECT_GT(info.clock_uncertainty.ns, 0);

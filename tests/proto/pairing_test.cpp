@@ -1,6 +1,8 @@
 // Two who know the same code come to the same key, and nobody else does.
 #include <set>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -126,25 +128,53 @@ struct Pair {
     EXPECT_EQ(one, other);
     return one;
   }
+  /// Uses that side up.
+  static std::string seal(Result<PairingExchange>& side, const std::string& text) {
+    const Result<SealedMessage> sealed = std::move(*side).seal(text);
+    EXPECT_TRUE(sealed.ok()) << sealed.status().message();
+    return sealed.ok() ? sealed->bytes : std::string();
+  }
   Result<PairingExchange> client, probe;
 };
 
 TEST(PairingExchange, TheSameCodeGivesOneKey) {
-  const Pair pair("042917", "042917");
-  EXPECT_TRUE(pair.agree());
   for (const std::string& text : {std::string(), std::string("a token"), std::string(3000, 'x')}) {
-    const Result<std::string> sealed = pair.probe->seal(text);
-    ASSERT_TRUE(sealed.ok());
-    const Result<std::string> opened = pair.client->open(*sealed);
+    Pair pair("042917", "042917");
+    EXPECT_TRUE(pair.agree());
+    const Result<std::string> opened = pair.client->open(Pair::seal(pair.probe, text));
     ASSERT_TRUE(opened.ok()) << opened.status().message();
     EXPECT_EQ(*opened, text);
   }
 }
 
+// The nonce is fixed: a second message under the same key would give both away.
+template <class T>
+concept SealsInPlace = requires(T& exchange) {
+  exchange.seal(std::string_view());
+};
+template <class T>
+concept SealsAtAll = requires(T exchange) {
+  std::move(exchange).seal(std::string_view());
+};
+static_assert(SealsAtAll<PairingExchange> && !SealsInPlace<PairingExchange> && !SealsAtAll<PairingReader>);
+static_assert(!std::is_copy_constructible_v<PairingExchange> && !std::is_copy_assignable_v<PairingExchange>);
+
+TEST(PairingExchange, SealingUsesItUpAndLeavesAReader) {
+  Pair pair("042917", "042917");
+  const std::string answer = Pair::seal(pair.probe, "a token"), confirmation = pair.client->confirmation();
+  const Result<SealedMessage> first = std::move(*pair.client).seal("mine");
+  ASSERT_TRUE(first.ok());
+  EXPECT_EQ(*first->reader.open(answer), "a token");
+  EXPECT_FALSE(first->reader.confirms(confirmation)) << "a mirror proves nothing";
+  const Result<SealedMessage> second = std::move(*pair.client).seal("another");
+  ASSERT_FALSE(second.ok());
+  EXPECT_THAT(second.status().message(), HasSubstr("begin another"));
+}
+
 TEST(PairingExchange, AnotherCodeGivesNone) {
-  const Pair pair("042917", "042918");
+  Pair pair("042917", "042918");
   EXPECT_FALSE(pair.agree());
-  EXPECT_EQ(pair.client->open(*pair.probe->seal("a token")).status().code(), StatusCode::data_loss);
+  EXPECT_EQ(pair.client->open(Pair::seal(pair.probe, "a token")).status().code(), StatusCode::data_loss);
 }
 
 TEST(PairingExchange, WhoStandsBetweenWithACertificateOfItsOwnGetsNowhere) {
@@ -152,23 +182,25 @@ TEST(PairingExchange, WhoStandsBetweenWithACertificateOfItsOwnGetsNowhere) {
 }
 
 TEST(PairingExchange, TheProbesConfirmationIsNotTheClients) {
-  const Pair pair("042917", "042917");
+  Pair pair("042917", "042917");
   EXPECT_FALSE(pair.probe->confirms(pair.probe->confirmation())) << "a mirror proves nothing";
   EXPECT_FALSE(pair.probe->confirms(""));
-  EXPECT_FALSE(pair.client->open(*pair.client->seal("mine")).ok()) << "each side has its own key";
+  const Result<SealedMessage> sealed = std::move(*pair.client).seal("mine");
+  ASSERT_TRUE(sealed.ok());
+  EXPECT_FALSE(sealed->reader.open(sealed->bytes).ok()) << "each side has its own key";
 }
 
 TEST(PairingExchange, BeforeTheOtherShareCameNothingIsConfirmedOrSealed) {
-  const auto alone = PairingExchange::begin(PairingSide::probe, "042917");
+  auto alone = PairingExchange::begin(PairingSide::probe, "042917");
   ASSERT_TRUE(alone.ok());
   EXPECT_FALSE(alone->confirms(""));
-  EXPECT_FALSE(alone->seal("x").ok());
   EXPECT_FALSE(alone->open(std::string(40, 'x')).ok());
+  EXPECT_FALSE(std::move(*alone).seal("x").ok());
 }
 
 TEST(PairingExchange, AChangedBitOfWhatIsSealedIsNoticed) {
-  const Pair pair("042917", "042917");
-  const std::string sealed = *pair.probe->seal("a token");
+  Pair pair("042917", "042917");
+  const std::string sealed = Pair::seal(pair.probe, "a token");
   for (std::size_t i = 0; i < sealed.size(); ++i) {
     std::string changed = sealed;
     changed[i] = static_cast<char>(changed[i] ^ 0x10);

@@ -33,7 +33,8 @@ class FakeCommands : public Commands {
                   .estimates_late = 112,
                   .estimates_late_at_fast = 113,
                   .messages_refused = 114,
-                  .authentication_failures = 115};
+                  .authentication_failures = 115,
+                  .client_list_faults = 116};
     s.T_world_probe = UncertainPose{{{0.6, 0, 0, 0.8}, {1, 2, 3}}, {}};
     s.T_world_probe->covariance[0][0] = 1e-4;
     s.T_world_probe->covariance[0][5] = s.T_world_probe->covariance[5][0] = 1e-5;

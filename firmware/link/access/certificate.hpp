@@ -5,15 +5,12 @@
 #include <string>
 
 #include <lightwell/result.hpp>
+#include <lightwell/secrets.hpp>
 
 namespace lightwell {
 
 /// What a certificate may be used for; written into it, so that a client's cannot stand in for the probe.
 enum class CertificateUse { authority, probe, client };
-
-/// In every certificate that a probe makes for itself, beside the probe's own name. A client that trusts one probe's
-/// authority asks for this name, whatever the address.
-inline constexpr const char* kProbeHostName = "probe.lightwell.internal";
 
 /// 2020-01-01. A board without a battery may wake with a clock of years ago and must be let in nevertheless.
 inline constexpr std::int64_t kLongAgo_s = 1'577'836'800;

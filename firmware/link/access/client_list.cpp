@@ -86,7 +86,24 @@ void ClientList::refresh() {
   if (now == seen_) return;
   seen_ = now;
   Result<std::vector<ClientEntry>> entries = read_entries(path_);
-  entries_ = entries ? std::move(*entries) : std::vector<ClientEntry>();
+  trouble_.clear();
+  if (entries) {
+    entries_ = std::move(*entries);
+    return;
+  }
+  ++faults_;
+  trouble_ = entries.status().message() + " (until then the clients of the last list without a mistake are let in)";
+}
+
+std::string ClientList::trouble() {
+  const std::lock_guard lock(mutex_);
+  refresh();
+  return trouble_;
+}
+
+std::uint64_t ClientList::faults() const {
+  const std::lock_guard lock(mutex_);
+  return faults_;
 }
 
 bool ClientList::admits_token(std::string_view token, std::int64_t now_s) {

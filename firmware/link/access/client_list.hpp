@@ -23,7 +23,8 @@ struct ClientEntry {
 };
 
 /// The file `clients` of the key folder. Looked at before every answer and read again where it changed, so that a line
-/// added by a pairing process counts at once, and one that was cut off no longer. Any thread.
+/// added by a pairing process counts at once, and one that was cut off no longer. A mistake in it leaves all as it was
+/// before. Any thread.
 class ClientList {
  public:
   explicit ClientList(std::string path) : path_(std::move(path)) {}
@@ -37,17 +38,24 @@ class ClientList {
   /// `digest` as in the file.
   [[nodiscard]] bool admits_certificate(std::string_view digest, std::int64_t now_s);
 
+  /// What is wrong with the file as it is now, and what to do; empty: nothing. Looks at the file.
+  [[nodiscard]] std::string trouble();
+  /// How often the file changed into one that cannot be read.
+  [[nodiscard]] std::uint64_t faults() const;
+
   /// Adds a line and leaves out those that expired. The caller holds the folder's lock. resource_exhausted at 256
   /// clients.
   [[nodiscard]] static Status add(const std::string& path, ClientEntry entry, std::int64_t now_s);
 
  private:
-  /// A file that cannot be read or has a wrong line lets nobody in.
+  /// A file that cannot be read or has a wrong line leaves the clients as they are. The mutex is held.
   void refresh();
 
   const std::string path_;
-  std::mutex mutex_;
-  std::vector<ClientEntry> entries_;
+  mutable std::mutex mutex_;
+  std::vector<ClientEntry> entries_;  ///< Of the last file without a mistake.
+  std::string trouble_;
+  std::uint64_t faults_ = 0;
   /// Which file, how long, and when it was changed; empty: not looked at yet.
   std::string seen_;
 };

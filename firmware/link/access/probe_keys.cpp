@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <system_error>
+#include <utility>
 
 #include <lightwell/files.hpp>
 #include <lightwell/secrets.hpp>
@@ -16,6 +18,8 @@ namespace lightwell {
 namespace {
 
 constexpr std::int64_t kDay_s = 86'400;
+/// Of keys that are in use.
+constexpr std::int64_t kLookPeriod_s = 60;
 constexpr std::int64_t kAuthorityDays = 20 * 365, kProbeDays = 2 * 365;
 
 /// A board whose clock is behind makes certificates that last as long as if it were right at the least.
@@ -82,7 +86,11 @@ Status take_owners(const GrpcConfig& config, ProbeKeys& keys) {
     if (!key) return key.status();
     if (const Status s = at(config.certificate + ", " + config.key, check_belongs(*certificate, *key)); !s.ok())
       return s;
-    keys.certificate = keys.trust = std::move(*certificate);
+    // Clients pin this certificate alone. Those that follow in the file vouch for others, too.
+    Result<CertificateIdentity> own = identify_certificate(*certificate);
+    if (!own) return at(config.certificate, own.status());
+    keys.trust = std::move(own->pem);
+    keys.certificate = std::move(*certificate);
     keys.key = std::move(*key);
   }
   if (!config.client_ca.empty()) {
@@ -142,6 +150,53 @@ Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view pro
   keys.issuer_key = authority->key;
   if (const Status s = take_owners(config, keys); !s.ok()) return s;
   return keys;
+}
+
+ServedKeys::ServedKeys(GrpcConfig config, std::string probe_name, WallClock clock)
+    : config_(std::move(config)), probe_name_(std::move(probe_name)), clock_(std::move(clock)) {}
+
+Result<ProbeKeys> ServedKeys::load() {
+  const std::lock_guard lock(mutex_);
+  looked_s_ = clock_();
+  Result<ProbeKeys> keys = load_probe_keys(config_, probe_name_, looked_s_);
+  if (!keys) return keys;
+  keys_ = *keys;
+  changed_ = true;
+  return keys;
+}
+
+void ServedKeys::refresh() {
+  // A clock that was set, in either direction, is a reason to look at once: a certificate may have expired by it.
+  const std::int64_t now_s = clock_();
+  if (now_s >= looked_s_ && now_s < looked_s_ + kLookPeriod_s) return;
+  looked_s_ = now_s;
+  const std::string authority = std::filesystem::path(keys_.client_list).parent_path().string() + "/ca_key.pem";
+  std::error_code error;
+  // Without it, loading would make a new authority, which no client knows: that is for a start to do.
+  Result<ProbeKeys> keys =
+      std::filesystem::exists(authority, error)
+          ? load_probe_keys(config_, probe_name_, now_s)
+          : Status(StatusCode::not_found, authority +
+                                              ": the probe's key is gone; bring it back, or start the probe "
+                                              "anew, which makes another, and pair its clients again");
+  trouble_ = keys ? std::string() : keys.status().message() + " (until then the keys from before are used)";
+  if (!keys || (keys->certificate == keys_.certificate && keys->key == keys_.key && keys->client_ca == keys_.client_ca))
+    return;
+  keys_ = std::move(*keys);
+  changed_ = true;
+}
+
+std::optional<ProbeKeys> ServedKeys::take_changed() {
+  const std::lock_guard lock(mutex_);
+  refresh();
+  if (!std::exchange(changed_, false)) return std::nullopt;
+  return keys_;
+}
+
+std::string ServedKeys::trouble() {
+  const std::lock_guard lock(mutex_);
+  refresh();
+  return trouble_;
 }
 
 Result<NewClient> admit_client(const ProbeKeys& keys, const std::string& name, const std::string& public_key, int days,

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -14,7 +17,8 @@ namespace lightwell {
 struct ProbeKeys {
   std::string certificate;  ///< What the probe shows, with the certificates that lead to its authority.
   std::string key;
-  std::string trust;      ///< What a paired client pins: the probe's own authority, or the owner's certificate.
+  std::string trust;      ///< What a paired client pins, one certificate: the probe's own authority, or the first of
+                          ///< the owner's file, which is the probe's own.
   std::string client_ca;  ///< Authorities of clients.
   /// Signs clients' certificates; empty where the owner's authority does that.
   std::string issuer_certificate, issuer_key;
@@ -33,6 +37,35 @@ struct ProbeKeys {
 /// once agree. Errors name the file.
 [[nodiscard]] Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view probe_name,
                                                 std::int64_t now_s);
+
+/// Seconds since 1970, UTC. Any thread.
+using WallClock = std::function<std::int64_t()>;
+
+/// The keys of a probe that serves: renewed, and read again where the owner's files changed, while it runs. Any thread.
+class ServedKeys {
+ public:
+  ServedKeys(GrpcConfig config, std::string probe_name, WallClock clock);
+
+  /// As load_probe_keys().
+  [[nodiscard]] Result<ProbeKeys> load();
+  /// Those to show from now on, where they are others than at the last call. Looks once a minute at most.
+  [[nodiscard]] std::optional<ProbeKeys> take_changed();
+  /// Why they could not be renewed or read, in which case those from before stay; empty: they could. Looks as well.
+  [[nodiscard]] std::string trouble();
+
+ private:
+  /// The mutex is held.
+  void refresh();
+
+  const GrpcConfig config_;
+  const std::string probe_name_;
+  const WallClock clock_;
+  std::mutex mutex_;
+  ProbeKeys keys_;
+  bool changed_ = false;
+  std::int64_t looked_s_ = 0;
+  std::string trouble_;
+};
 
 /// A client as pairing makes it known: what it is told, once; the list keeps digests alone.
 struct NewClient {

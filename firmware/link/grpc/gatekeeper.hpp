@@ -4,8 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-
-#include <grpcpp/security/auth_metadata_processor.h>
+#include <string_view>
 
 #include "link/access/client_list.hpp"
 
@@ -17,21 +16,26 @@ enum class CertificateRule {
   listed,  ///< Those of the client list.
 };
 
+/// What is known of a call before its message is read. What it lacks is empty.
+struct CallIdentity {
+  std::string_view path;           ///< "/lightwell.v1.ProbeService/Info".
+  std::string_view authorization;  ///< "Bearer TOKEN".
+  std::string_view certificate;    ///< PEM; one that the handshake accepted. A client need not show one.
+};
+
 /// A call needs a certificate that the handshake accepted, or a token of the client list; health needs neither. No
-/// token, a wrong one and an expired one get the same code and text after the same work.
-class Gatekeeper final : public grpc::AuthMetadataProcessor {
+/// token, a wrong one and an expired one get the same text after the same work. Takes microseconds. Any thread.
+class Gatekeeper {
  public:
   Gatekeeper(std::shared_ptr<ClientList> clients, CertificateRule rule) : clients_(std::move(clients)), rule_(rule) {}
 
-  /// What it does takes microseconds: gRPC need not start a thread for it.
-  [[nodiscard]] bool IsBlocking() const override { return false; }
-  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata* consumed,
-                       OutputMetadata* response) override;
+  /// What to do, for whom is refused; nullptr: let in.
+  [[nodiscard]] const char* refusal(const CallIdentity& call);
 
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
 
  private:
-  [[nodiscard]] bool admits_certificate(const grpc::AuthContext& context, std::int64_t now_s) const;
+  [[nodiscard]] bool admits_certificate(std::string_view pem, std::int64_t now_s) const;
 
   const std::shared_ptr<ClientList> clients_;
   const CertificateRule rule_;

@@ -19,8 +19,8 @@ namespace {
 
 class GrpcLink final : public Link {
  public:
-  GrpcLink(GrpcConfig config, std::string probe_name, Commands& commands)
-      : config_(std::move(config)), probe_name_(std::move(probe_name)), service_(commands) {}
+  GrpcLink(GrpcConfig config, std::string probe_name, Commands& commands, WallClock clock)
+      : config_(std::move(config)), probe_name_(std::move(probe_name)), clock_(std::move(clock)), service_(commands) {}
   ~GrpcLink() override { stop(); }
 
   Status start() override {
@@ -62,7 +62,14 @@ class GrpcLink final : public Link {
   LinkCounters counters() const override {
     LinkCounters c = service_.counters();
     if (gatekeeper_) c.authentication_failures = gatekeeper_->refused();
+    if (clients_) c.client_list_faults = clients_->faults();
     return c;
+  }
+
+  std::string trouble() const override {
+    if (!keys_) return {};
+    const std::string of_keys = keys_->trouble(), of_clients = clients_->trouble();
+    return of_keys + (of_keys.empty() || of_clients.empty() ? "" : "; ") + of_clients;
   }
 
   std::string address() const override {
@@ -74,22 +81,24 @@ class GrpcLink final : public Link {
   [[nodiscard]] Status refused() const { return cannot_listen(config_.listen, "grpc.listen or --listen"); }
 
   Result<std::shared_ptr<grpc::ServerCredentials>> guarded_credentials() {
-    const Result<ProbeKeys> keys = load_probe_keys(config_, probe_name_, std::time(nullptr));
+    keys_ = std::make_shared<ServedKeys>(config_, probe_name_, clock_);
+    const Result<ProbeKeys> keys = keys_->load();
     if (!keys) return keys.status();
-    auto clients = std::make_shared<ClientList>(keys->client_list);
-    if (const Status s = clients->load(); !s.ok()) return s;
+    clients_ = std::make_shared<ClientList>(keys->client_list);
+    if (const Status s = clients_->load(); !s.ok()) return s;
     const bool all = config_.security == LinkSecurity::mutual_tls;
-    std::shared_ptr<grpc::ServerCredentials> credentials =
-        tls_credentials(*keys, all ? ClientCertificates::required : ClientCertificates::welcome);
     gatekeeper_ =
-        std::make_shared<Gatekeeper>(clients, keys->own_clients() ? CertificateRule::listed : CertificateRule::any);
-    credentials->SetAuthMetadataProcessor(gatekeeper_);
-    return credentials;
+        std::make_shared<Gatekeeper>(clients_, keys->own_clients() ? CertificateRule::listed : CertificateRule::any);
+    return renewed_tls_credentials(keys_, all ? ClientCertificates::required : ClientCertificates::welcome,
+                                   gatekeeper_);
   }
 
   const GrpcConfig config_;
   const std::string probe_name_;
+  const WallClock clock_;
   ProbeService service_;
+  std::shared_ptr<ServedKeys> keys_;
+  std::shared_ptr<ClientList> clients_;
   std::shared_ptr<Gatekeeper> gatekeeper_;
   std::unique_ptr<grpc::Server> server_;
   int port_ = 0;
@@ -97,8 +106,9 @@ class GrpcLink final : public Link {
 
 }  // namespace
 
-std::unique_ptr<Link> make_grpc_link(const GrpcConfig& config, std::string_view probe_name, Commands& commands) {
-  return std::make_unique<GrpcLink>(config, std::string(probe_name), commands);
+std::unique_ptr<Link> make_grpc_link(const GrpcConfig& config, std::string_view probe_name, Commands& commands,
+                                     WallClock clock) {
+  return std::make_unique<GrpcLink>(config, std::string(probe_name), commands, std::move(clock));
 }
 
 }  // namespace lightwell

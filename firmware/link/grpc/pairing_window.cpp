@@ -112,11 +112,13 @@ class Service final : public Base {
     if (outcome_ != PairingOutcome::open) return closed();
     // Taken out whatever comes of it: an exchange is good for one guess.
     auto held = exchanges_.extract(request.session());
-    if (held.empty() || !held.mapped().confirms(request.confirmation())) {
+    // No guess: else a stranger who never began could close the window with three invented sessions.
+    if (held.empty()) return wrong_code();
+    if (!held.mapped().confirms(request.confirmation())) {
       if (++wrong_codes_ == PairingWindow::kMaxWrongCodes) close(PairingOutcome::guessed);
       return wrong_code();
     }
-    const PairingExchange& exchange = held.mapped();
+    PairingExchange exchange = std::move(held.mapped());
     const Result<std::string> opened = exchange.open(request.sealed());
     v1::PairApplication application;
     if (!opened || !application.ParseFromString(*opened))
@@ -131,10 +133,10 @@ class Service final : public Base {
     credentials.set_client_certificate(client->certificate);
     credentials.set_token(client->token);
     credentials.set_expires_s(client->expires_s);
-    Result<std::string> sealed = exchange.seal(credentials.SerializeAsString());
-    if (!sealed) return rpc_status(sealed.status());
     response.set_confirmation(exchange.confirmation());
-    response.set_sealed(std::move(*sealed));
+    Result<SealedMessage> sealed = std::move(exchange).seal(credentials.SerializeAsString());
+    if (!sealed) return rpc_status(sealed.status());
+    response.set_sealed(std::move(sealed->bytes));
     client_name_ = application.client_name();
     close(PairingOutcome::paired);
     return grpc::Status::OK;

@@ -1,23 +1,101 @@
 #include "link/grpc/transport.hpp"
 
-namespace lightwell {
+#include <optional>
+#include <string_view>
 
-std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys, ClientCertificates clients) {
-  grpc::SslServerCredentialsOptions options;
-  options.pem_key_cert_pairs.push_back({keys.key, keys.certificate});
+#include <grpc/grpc.h>
+#include <grpc/grpc_security.h>
+
+namespace lightwell {
+namespace {
+
+grpc_ssl_client_certificate_request_type request_of(ClientCertificates clients) {
   switch (clients) {
     case ClientCertificates::not_asked:
-      options.client_certificate_request = GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE;
       break;
     case ClientCertificates::welcome:
-      options.client_certificate_request = GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY;
-      break;
+      return GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY;
     case ClientCertificates::required:
-      options.client_certificate_request = GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
-      break;
+      return GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
   }
+  return GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE;
+}
+
+std::string_view view_of(const grpc_slice& slice) {
+  return {reinterpret_cast<const char*>(GRPC_SLICE_START_PTR(slice)), GRPC_SLICE_LENGTH(slice)};
+}
+
+/// gRPC's C interface alone asks for certificates anew at each handshake: its C++ one reads them once, or from files of
+/// which it accepts a key and a certificate that do not belong together.
+class RenewedTlsCredentials final : public grpc::ServerCredentials {
+ public:
+  RenewedTlsCredentials(std::shared_ptr<ServedKeys> keys, ClientCertificates clients,
+                        std::shared_ptr<Gatekeeper> gatekeeper) {
+    // gRPC keeps the C object for as long as a server uses it, and gives `parts` back at its end.
+    auto* const parts = new Parts{std::move(keys), std::move(gatekeeper)};
+    held_ = grpc_ssl_server_credentials_create_with_options(
+        grpc_ssl_server_credentials_create_options_using_config_fetcher(request_of(clients), fetch, parts));
+    grpc_server_credentials_set_auth_metadata_processor(
+        held_, {process, [](void* state) { delete static_cast<Parts*>(state); }, parts});
+  }
+  RenewedTlsCredentials(const RenewedTlsCredentials&) = delete;
+  RenewedTlsCredentials& operator=(const RenewedTlsCredentials&) = delete;
+  ~RenewedTlsCredentials() override { grpc_server_credentials_release(held_); }
+
+  /// The gatekeeper was given: there is no other.
+  void SetAuthMetadataProcessor(const std::shared_ptr<grpc::AuthMetadataProcessor>&) override {}
+
+ private:
+  struct Parts {
+    std::shared_ptr<ServedKeys> keys;
+    std::shared_ptr<Gatekeeper> gatekeeper;
+  };
+
+  int AddPortToServer(const std::string& address, grpc_server* server) override {
+    return grpc_server_add_http2_port(server, address.c_str(), held_);
+  }
+
+  static grpc_ssl_certificate_config_reload_status fetch(void* state, grpc_ssl_server_certificate_config** config) {
+    const std::optional<ProbeKeys> keys = static_cast<Parts*>(state)->keys->take_changed();
+    if (!keys) return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
+    const grpc_ssl_pem_key_cert_pair own{keys->key.c_str(), keys->certificate.c_str()};
+    *config = grpc_ssl_server_certificate_config_create(keys->client_ca.c_str(), &own, 1);
+    return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
+  }
+
+  static void process(void* state, grpc_auth_context* context, const grpc_metadata* metadata, std::size_t count,
+                      grpc_process_auth_metadata_done_cb done, void* user_data) {
+    CallIdentity call;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string_view name = view_of(metadata[i].key), value = view_of(metadata[i].value);
+      if (name == ":path") call.path = value;
+      // Of several the first counts.
+      if (name == "authorization" && call.authorization.empty()) call.authorization = value;
+    }
+    grpc_auth_property_iterator properties =
+        grpc_auth_context_find_properties_by_name(context, GRPC_X509_PEM_CERT_PROPERTY_NAME);
+    if (const grpc_auth_property* const shown = grpc_auth_property_iterator_next(&properties))
+      call.certificate = {shown->value, shown->value_length};
+    const char* const refusal = static_cast<Parts*>(state)->gatekeeper->refusal(call);
+    done(user_data, nullptr, 0, nullptr, 0, refusal == nullptr ? GRPC_STATUS_OK : GRPC_STATUS_UNAUTHENTICATED, refusal);
+  }
+
+  grpc_server_credentials* held_ = nullptr;
+};
+
+}  // namespace
+
+std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys, ClientCertificates clients) {
+  grpc::SslServerCredentialsOptions options(request_of(clients));
+  options.pem_key_cert_pairs.push_back({keys.key, keys.certificate});
   if (clients != ClientCertificates::not_asked) options.pem_root_certs = keys.client_ca;
   return grpc::SslServerCredentials(options);
+}
+
+std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ServedKeys> keys,
+                                                                 ClientCertificates clients,
+                                                                 std::shared_ptr<Gatekeeper> gatekeeper) {
+  return std::make_shared<RenewedTlsCredentials>(std::move(keys), clients, std::move(gatekeeper));
 }
 
 void set_limits(grpc::ServerBuilder& builder) {

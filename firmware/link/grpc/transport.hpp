@@ -10,13 +10,20 @@
 #include <lightwell/result.hpp>
 
 #include "link/access/probe_keys.hpp"
+#include "link/grpc/gatekeeper.hpp"
 
 namespace lightwell {
 
 /// Of clients' certificates in a handshake.
 enum class ClientCertificates { not_asked, welcome, required };
+/// For a server whose life is short.
 [[nodiscard]] std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys,
                                                                        ClientCertificates clients);
+/// For one that outlives its certificate: each handshake shows what `keys` has at that moment, and connections that are
+/// there go on. `gatekeeper` is asked for each call.
+[[nodiscard]] std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ServedKeys> keys,
+                                                                               ClientCertificates clients,
+                                                                               std::shared_ptr<Gatekeeper> gatekeeper);
 
 /// No message above this is read at all; those who serve have smaller limits, and count.
 inline constexpr int kMaxWireMessageBytes = 64 * 1024;

@@ -344,6 +344,8 @@ namespace Lightwell
         public double PositionX, PositionY, PositionZ;
         /// <summary>p_world = Orientation p_probe + position.</summary>
         public Rotation Orientation;
+        /// <summary>How often the probe's file of clients was changed into one with a mistake.</summary>
+        public ulong ClientListFaults;
 
         /// <summary>Whether the probe knows where it hangs.</summary>
         public bool Mounted { get { return mounted != 0; } }

@@ -21,8 +21,10 @@ import grpc
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 DEFAULT_PORT = 7420
-# In every certificate that a probe makes for itself; its address changes, its authority does not.
+# In every certificate that a probe makes for itself; its address changes, its authority does not. Credentials that were
+# kept before there was a file `host` are of such a probe, or are refused: pair again.
 PROBE_HOST_NAME = "probe.lightwell.internal"
+END_OF_CERTIFICATE = b"-----END CERTIFICATE-----"
 # Irradiance from radiance, band by band: pi, 2 pi/3, pi/4, 0, -pi/24, 0, pi/64 (proto/README.md).
 COSINE_LOBE = (math.pi, 2 * math.pi / 3, math.pi / 4, 0, -math.pi / 24, 0, math.pi / 64)
 
@@ -57,11 +59,14 @@ def open_channel(uri, credentials, by_certificate):
         return (credentials / name).read_bytes()
 
     own = (read("client_key.pem"), read("client.pem")) if by_certificate else (None, None)
-    channel = grpc.ssl_channel_credentials(read("probe_ca.pem"), *own)
+    # The first certificate is the pin. Any that follow belong to an authority of many, which vouches for strangers.
+    pin, end, _ = read("probe_ca.pem").partition(END_OF_CERTIFICATE)
+    channel = grpc.ssl_channel_credentials(pin + end, *own)
     if not by_certificate:
         token = read("token").decode().strip()
         channel = grpc.composite_channel_credentials(channel, grpc.access_token_call_credentials(token))
-    options.append(("grpc.ssl_target_name_override", PROBE_HOST_NAME))
+    host = read("host").decode().strip() if (credentials / "host").exists() else PROBE_HOST_NAME
+    options.append(("grpc.ssl_target_name_override", host))
     return grpc.secure_channel(target, channel, options)
 
 

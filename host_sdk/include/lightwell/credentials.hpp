@@ -13,8 +13,9 @@ namespace lightwell {
 struct ProbeCredentials {
   /// Folder of one probe, as `lightwell pair` writes it.
   std::string folder;
-  /// PEM: this probe's own authority (or its own certificate). Whoever it vouches for is the
-  /// probe, whatever the address.
+  /// PEM; the first certificate counts. The probe's own: whoever holds its key is the probe, also with another
+  /// certificate for this key. Or the probe's own authority: the certificate must name probe.lightwell.internal. The
+  /// address does not matter.
   std::string pinned;
   /// PEM: an authority that vouches for many. The certificate must name the URI's host.
   std::string ca;

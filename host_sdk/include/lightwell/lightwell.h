@@ -173,6 +173,7 @@ typedef struct lw_probe_info {
   int32_t reserved;
   double position[3];    /* T_world_probe, m, */
   double orientation[4]; /* and x, y, z, w. */
+  uint64_t client_list_faults; /* How often the probe's file of clients was changed into one with a mistake. */
 } lw_probe_info;
 
 typedef int32_t lw_link_state;

@@ -165,6 +165,7 @@ lw_probe_info as_c(const ProbeInfo& info) {
   out.estimates_late_at_fast = info.counters.estimates_late_at_fast;
   out.messages_refused = info.counters.messages_refused;
   out.authentication_failures = info.counters.authentication_failures;
+  out.client_list_faults = info.counters.client_list_faults;
   if (info.T_world_probe) {
     const auto& [q, t] = info.T_world_probe->pose;
     out.mounted = 1;

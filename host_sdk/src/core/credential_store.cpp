@@ -64,6 +64,7 @@ constexpr const char* kClientKey = "client_key.pem";
 constexpr const char* kToken = "token";
 constexpr const char* kName = "name";
 constexpr const char* kAddress = "address";
+constexpr const char* kHost = "host";
 
 /// As people edit such files.
 std::string first_line(const std::string& text) { return text.substr(0, text.find_first_of("\r\n")); }
@@ -118,12 +119,22 @@ Result<ProbeCredentials> look_up(const std::string& host_port) {
                                     known);
 }
 
+/// The name that the probe's certificate bears, for clients that can check names and no keys.
+std::string host_named_by(const std::string& pinned) {
+  const Result<CertificateIdentity> identity = identify_certificate(pinned);
+  if (!identity.ok()) return {};
+  if (identity->host.empty()) return kProbeHostName;
+  const bool any_label = identity->host.starts_with("*.");
+  return any_label ? "probe" + identity->host.substr(1) : identity->host;
+}
+
 /// Into a new folder that nobody else can enter.
 Status write_files(const fs::path& folder, const PairedFiles& files) {
   const ProbeCredentials& c = files.credentials;
-  for (const auto& [file, text] : {std::pair(kPinned, c.pinned), std::pair(kClientCertificate, c.client_certificate),
-                                   std::pair(kClientKey, c.client_key), std::pair(kToken, c.token),
-                                   std::pair(kName, files.name), std::pair(kAddress, files.address)}) {
+  for (const auto& [file, text] :
+       {std::pair(kPinned, c.pinned), std::pair(kClientCertificate, c.client_certificate),
+        std::pair(kClientKey, c.client_key), std::pair(kToken, c.token), std::pair(kName, files.name),
+        std::pair(kAddress, files.address), std::pair(kHost, host_named_by(c.pinned))}) {
     if (text.empty()) continue;
     const std::string line = text.ends_with('\n') ? text : text + "\n";
     if (Status s = write_atomically((folder / file).string(), line, Readers::owner); !s.ok()) return s;

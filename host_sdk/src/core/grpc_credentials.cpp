@@ -1,11 +1,16 @@
 #include "core/grpc_credentials.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <grpcpp/security/tls_certificate_provider.h>
 #include <grpcpp/security/tls_certificate_verifier.h>
 #include <grpcpp/security/tls_credentials_options.h>
+
+#include <lightwell/secrets.hpp>
 
 namespace lightwell::core {
 namespace {
@@ -14,16 +19,55 @@ using grpc::experimental::IdentityKeyCertPair;
 using grpc::experimental::StaticDataCertificateProvider;
 using grpc::experimental::TlsChannelCredentialsOptions;
 
-/// By the pinned authority alone. OpenSSL checks the chain, the time and the use (serverAuth); that
-/// the certificate names the host is not asked for, because a probe's address changes.
+/// Runs behind the TLS handshake, in which the other side has proved that it holds the certificate's key, and before
+/// any call is sent.
+class PinVerifier final : public grpc::experimental::ExternalCertificateVerifier {
+ public:
+  explicit PinVerifier(CertificateIdentity pinned) : pinned_(std::move(pinned)) {}
+
+  bool Verify(grpc::experimental::TlsCustomVerificationCheckRequest* request, std::function<void(grpc::Status)>,
+              grpc::Status* result) override {
+    const std::string fault = fault_of(*request);
+    *result = fault.empty() ? grpc::Status::OK : grpc::Status(grpc::StatusCode::UNAUTHENTICATED, fault);
+    return true;
+  }
+  void Cancel(grpc::experimental::TlsCustomVerificationCheckRequest*) override {}
+
+ private:
+  [[nodiscard]] std::string fault_of(const grpc::experimental::TlsCustomVerificationCheckRequest& request) const {
+    const grpc::string_ref peer = request.peer_cert();
+    const Result<CertificateIdentity> shown = identify_certificate({peer.data(), peer.size()});
+    if (!shown.ok()) return "the server shows no certificate that can be read";
+    if (!shown->is_in_date) return "the certificate has expired, or is not valid yet by this machine's clock";
+    if (!shown->is_server) return "the certificate is not for a server";
+    if (shown->key_digest == pinned_.key_digest) return {};
+    if (!pinned_.is_authority) return "the certificate's key is not the pinned one";
+    const std::vector<grpc::string_ref> names = request.dns_names();
+    if (std::find(names.begin(), names.end(), kProbeHostName) != names.end()) return {};
+    return std::string("the pinned authority vouches for the certificate, but it does not name ") + kProbeHostName +
+           ": pin the probe's own certificate, or trust the authority as `ca`, for the host that the certificate names";
+  }
+
+  const CertificateIdentity pinned_;
+};
+
+/// A chain proves an authority's certificate, the pinned key another one: where the key is pinned, the chain adds
+/// nothing. That the certificate names the host is not asked for, because a probe's address changes.
 std::shared_ptr<grpc::ChannelCredentials> pinned_credentials(const ProbeCredentials& credentials) {
+  // What cannot be read pins nothing: no certificate matches it.
+  const Result<CertificateIdentity> pinned = identify_certificate(credentials.pinned);
+  const bool by_authority = pinned.ok() && pinned->is_authority;
   std::vector<IdentityKeyCertPair> own;
   if (!credentials.client_certificate.empty()) own.push_back({credentials.client_key, credentials.client_certificate});
   TlsChannelCredentialsOptions options;
-  options.set_certificate_provider(std::make_shared<StaticDataCertificateProvider>(credentials.pinned, own));
-  options.watch_root_certs();
+  if (by_authority || !own.empty())
+    options.set_certificate_provider(
+        std::make_shared<StaticDataCertificateProvider>(by_authority ? pinned->pem : std::string(), own));
+  if (by_authority) options.watch_root_certs();
   if (!own.empty()) options.watch_identity_key_cert_pairs();
-  options.set_certificate_verifier(std::make_shared<grpc::experimental::NoOpCertificateVerifier>());
+  options.set_verify_server_certs(by_authority);
+  options.set_certificate_verifier(grpc::experimental::ExternalCertificateVerifier::Create<PinVerifier>(
+      pinned.ok() ? *pinned : CertificateIdentity()));
   options.set_check_call_host(false);
   return grpc::experimental::TlsCredentials(options);
 }

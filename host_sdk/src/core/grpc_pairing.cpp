@@ -78,23 +78,24 @@ class Conversation {
     return exchange_.meet(response.share(), *certificate);
   }
 
-  Result<v1::PairCredentials> finish(const KeyPair& key) {
+  /// Once: it uses the exchange up.
+  Result<v1::PairCredentials> finish(const KeyPair& key) && {
     v1::PairApplication application;
     application.set_client_name(options_.client_name.empty() ? host_name() : options_.client_name);
     application.set_public_key(key.public_pem);
-    Result<std::string> sealed = exchange_.seal(application.SerializeAsString());
-    if (!sealed.ok()) return sealed.status();
     v1::PairFinishRequest request;
     request.set_session(session_);
     request.set_confirmation(exchange_.confirmation());
-    request.set_sealed(std::move(*sealed));
+    Result<SealedMessage> sealed = std::move(exchange_).seal(application.SerializeAsString());
+    if (!sealed.ok()) return sealed.status();
+    request.set_sealed(std::move(sealed->bytes));
     v1::PairFinishResponse response;
     grpc::ClientContext context;
     context.set_deadline(core::deadline_after(options_.timeout));
     if (Status s = core::status_of(stub_.Finish(&context, request, &response)); !s.ok()) return s;
-    const Result<std::string> opened = exchange_.open(response.sealed());
+    const Result<std::string> opened = sealed->reader.open(response.sealed());
     v1::PairCredentials credentials;
-    if (!exchange_.confirms(response.confirmation()) || !opened.ok() || !credentials.ParseFromString(*opened))
+    if (!sealed->reader.confirms(response.confirmation()) || !opened.ok() || !credentials.ParseFromString(*opened))
       return Status(StatusCode::data_loss, "the answer is not from the probe that shows this code");
     return credentials;
   }
@@ -124,7 +125,7 @@ Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view code,
 
   Conversation conversation(*address, options, std::move(*exchange));
   if (const Status s = conversation.begin(); !s.ok()) return from_whom(uri, s);
-  const Result<v1::PairCredentials> brought = conversation.finish(*key);
+  const Result<v1::PairCredentials> brought = std::move(conversation).finish(*key);
   if (!brought.ok()) return from_whom(uri, brought.status());
 
   core::PairedFiles files;

@@ -44,9 +44,11 @@ StatusCode code_of(grpc::StatusCode code) {
 /// What gRPC says of a handshake, in words and with what to do.
 std::string explained(const std::string& message) {
   const auto says = [&](std::string_view part) { return message.find(part) != std::string::npos; };
-  if (says("certificate verify failed"))
-    return "the TLS handshake failed: the certificate that this address shows has expired, or is not one that the "
-           "trusted authority vouches for; where the probe was given new keys, pair with it again (" +
+  // OpenSSL's words, and those of gRPC where our own verifier refuses.
+  if (says("certificate verify failed") || says("verification check failed"))
+    return "the TLS handshake failed: the certificate that this address shows has expired, is not one that the "
+           "trusted authority vouches for, or not the pinned one; where the probe was given new keys, pair with it "
+           "again (" +
            message + ")";
   if (says("DNS resolution failed") && says(".local"))
     return message +

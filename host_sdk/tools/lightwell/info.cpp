@@ -37,7 +37,8 @@ std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>&
       .number("estimates_late", count(counters.estimates_late))
       .number("estimates_late_at_fast", count(counters.estimates_late_at_fast))
       .number("messages_refused", count(counters.messages_refused))
-      .number("authentication_failures", count(counters.authentication_failures));
+      .number("authentication_failures", count(counters.authentication_failures))
+      .number("client_list_faults", count(counters.client_list_faults));
   if (map == MapInfo::told)
     line.number("environment_edge", environment ? environment->map.levels.front().edge : 0)
         .number("environment_levels", environment ? static_cast<double>(environment->map.levels.size()) : 0);
@@ -87,8 +88,9 @@ int run_info(const InfoOptions& options) {
   std::printf("budget       setting moved %llu times, late %llu, late at fast %llu\n", wide(counters.setting_moves),
               wide(counters.estimates_late), wide(counters.estimates_late_at_fast));
   std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients, wide(counters.descriptors_coalesced));
-  std::printf("refused      %llu messages, %llu calls of strangers\n", wide(counters.messages_refused),
-              wide(counters.authentication_failures));
+  std::printf("refused      %llu messages, %llu calls of strangers, %llu lists of clients\n",
+              wide(counters.messages_refused), wide(counters.authentication_failures),
+              wide(counters.client_list_faults));
   std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),
               wide(counters.recording_faults));
   if (environment) {

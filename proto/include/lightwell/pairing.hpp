@@ -15,14 +15,31 @@ inline constexpr int kDefaultPairingPort = 7421;
 
 enum class PairingSide { client, probe };
 
+struct SealedMessage;
+
+/// What both ends do once they have met.
+class PairingReader {
+ public:
+  PairingReader(PairingReader&&) noexcept;
+  PairingReader& operator=(PairingReader&&) noexcept;
+  ~PairingReader();
+
+  /// Whether the other side knows the code. In constant time.
+  [[nodiscard]] bool confirms(std::string_view their_confirmation) const;
+  /// What the other side sealed. data_loss where a bit of it was changed.
+  [[nodiscard]] Result<std::string> open(std::string_view sealed) const;
+
+ protected:
+  struct State;
+  explicit PairingReader(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
 /// One run of SPAKE2 (RFC 9382; P-256, SHA-256, HKDF, HMAC), for one code and one TLS certificate. Whoever does not
 /// know the code learns nothing from it but whether one guess was right. One thread.
-class PairingExchange {
+class PairingExchange : public PairingReader {
  public:
   [[nodiscard]] static Result<PairingExchange> begin(PairingSide side, std::string_view code);
-  PairingExchange(PairingExchange&&) noexcept;
-  PairingExchange& operator=(PairingExchange&&) noexcept;
-  ~PairingExchange();
 
   /// What the other side is sent, 65 bytes.
   [[nodiscard]] const std::string& share() const;
@@ -31,21 +48,21 @@ class PairingExchange {
   /// data_loss where the share is no point of the curve, or one that would give the key away.
   [[nodiscard]] Status meet(std::string_view their_share, std::string_view certificate_digest);
 
-  // After meet().
+  // After meet(), as what PairingReader has.
 
   /// Proves to the other side that this one knows the code.
   [[nodiscard]] const std::string& confirmation() const;
-  /// Whether the other side knows it. In constant time.
-  [[nodiscard]] bool confirms(std::string_view their_confirmation) const;
-  /// Encrypts and authenticates (AES-256-GCM). Once in each exchange: the key is used for one message.
-  [[nodiscard]] Result<std::string> seal(std::string_view plain) const;
-  /// What the other side sealed. data_loss where a bit of it was changed.
-  [[nodiscard]] Result<std::string> open(std::string_view sealed) const;
+  /// Encrypts and authenticates (AES-256-GCM). The nonce is fixed and a key is good for one message: the exchange is
+  /// used up, and what it leaves can read and not seal. internal where it was used up before.
+  [[nodiscard]] Result<SealedMessage> seal(std::string_view plain) &&;
 
  private:
-  struct State;
-  explicit PairingExchange(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  using PairingReader::PairingReader;
+};
+
+struct SealedMessage {
+  std::string bytes;
+  PairingReader reader;  ///< For the other side's answer.
 };
 
 }  // namespace lightwell

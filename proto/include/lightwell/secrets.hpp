@@ -1,7 +1,7 @@
 // Random numbers, digests and keys, for both ends of a link. Needs the library lightwell_pairing.
 //   random_bytes, random_code                 from the system's generator
 //   sha256, to_hex, to_base64url, same_secret
-//   KeyPair, certificate_digest               P-256 and X.509 in PEM
+//   KeyPair, certificate_digest, identify_certificate   P-256 and X.509 in PEM
 #pragma once
 
 #include <cstddef>
@@ -37,5 +37,23 @@ struct KeyPair {
 
 /// SHA-256 of the DER form of the first certificate in `pem`, 32 bytes. data_loss where there is none.
 [[nodiscard]] Result<std::string> certificate_digest(std::string_view pem);
+
+/// A DNS name in every certificate that a probe's own authority issues for it. A client that trusts this authority
+/// checks for this name, whatever the address.
+inline constexpr const char* kProbeHostName = "probe.lightwell.internal";
+
+/// What a client that knows a probe compares of a certificate.
+struct CertificateIdentity {
+  std::string pem;            ///< This certificate alone.
+  std::string key_digest;     ///< SHA-256 of its SubjectPublicKeyInfo (RFC 7469, 2.4), 32 bytes: stays where a
+                              ///< certificate is renewed under the same key.
+  bool is_authority = false;  ///< It may issue certificates (basicConstraints).
+  bool is_server = false;     ///< It may be shown by a TLS server (keyUsage, extKeyUsage).
+  bool is_in_date = false;    ///< By this machine's clock, when it was read.
+  std::string host;           ///< Its first DNS name; where it has none and is no authority, its common name.
+};
+
+/// Of the first certificate in `pem`; in a chain that is the server's own. data_loss where there is none.
+[[nodiscard]] Result<CertificateIdentity> identify_certificate(std::string_view pem);
 
 }  // namespace lightwell

@@ -29,6 +29,7 @@ struct Counters {
   std::uint64_t estimates_late_at_fast = 0;
   std::uint64_t messages_refused = 0;
   std::uint64_t authentication_failures = 0;
+  std::uint64_t client_list_faults = 0;
 
   friend bool operator==(const Counters&, const Counters&) = default;
 };

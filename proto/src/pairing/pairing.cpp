@@ -24,7 +24,7 @@ PairingSide other(PairingSide side) { return side == PairingSide::client ? Pairi
 
 }  // namespace
 
-struct PairingExchange::State {
+struct PairingReader::State {
   PairingSide side = PairingSide::client;
   std::string w, secret, share;
   pairing::Spake2Keys keys;
@@ -40,10 +40,10 @@ struct PairingExchange::State {
   }
 };
 
-PairingExchange::PairingExchange(std::unique_ptr<State> state) : state_(std::move(state)) {}
-PairingExchange::PairingExchange(PairingExchange&&) noexcept = default;
-PairingExchange& PairingExchange::operator=(PairingExchange&&) noexcept = default;
-PairingExchange::~PairingExchange() = default;
+PairingReader::PairingReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+PairingReader::PairingReader(PairingReader&&) noexcept = default;
+PairingReader& PairingReader::operator=(PairingReader&&) noexcept = default;
+PairingReader::~PairingReader() = default;
 
 Result<PairingExchange> PairingExchange::begin(PairingSide side, std::string_view code) {
   auto state = std::make_unique<State>();
@@ -72,17 +72,19 @@ Status PairingExchange::meet(std::string_view their_share, std::string_view cert
 
 const std::string& PairingExchange::confirmation() const { return state_->confirmation(state_->side); }
 
-bool PairingExchange::confirms(std::string_view theirs) const {
+bool PairingReader::confirms(std::string_view theirs) const {
   const std::string& expected = state_->confirmation(other(state_->side));
   return !expected.empty() && same_secret(expected, theirs);
 }
 
-Result<std::string> PairingExchange::seal(std::string_view plain) const {
-  const std::string key = pairing::hkdf(state_->keys.ke, label_of(state_->side), 32);
+Result<SealedMessage> PairingExchange::seal(std::string_view plain) && {
+  std::unique_ptr<State> state = std::move(state_);
+  if (!state) return Status(StatusCode::internal, "this exchange has sealed its one message; begin another");
+  const std::string key = pairing::hkdf(state->keys.ke, label_of(state->side), 32);
   const Cipher cipher(EVP_CIPHER_CTX_new());
   std::string out(plain.size() + kTagBytes, '\0');
   int n = 0, last = 0;
-  if (state_->keys.ke.empty() || key.empty() || !cipher ||
+  if (state->keys.ke.empty() || key.empty() || !cipher ||
       EVP_EncryptInit_ex(cipher.get(), EVP_aes_256_gcm(), nullptr, pairing::bytes_of(key), kNonce.data()) != 1 ||
       EVP_EncryptUpdate(cipher.get(), pairing::bytes_of(out), &n, pairing::bytes_of(plain),
                         static_cast<int>(plain.size())) != 1 ||
@@ -90,10 +92,10 @@ Result<std::string> PairingExchange::seal(std::string_view plain) const {
       EVP_CIPHER_CTX_ctrl(cipher.get(), EVP_CTRL_GCM_GET_TAG, static_cast<int>(kTagBytes), out.data() + plain.size()) !=
           1)
     return Status(StatusCode::internal, "sealing failed: there is no key yet, or OpenSSL has no AES-256-GCM");
-  return out;
+  return SealedMessage{std::move(out), PairingExchange(std::move(state))};
 }
 
-Result<std::string> PairingExchange::open(std::string_view sealed) const {
+Result<std::string> PairingReader::open(std::string_view sealed) const {
   const Status refused(StatusCode::data_loss, "what was sealed for us does not open with this exchange's key");
   if (state_->keys.ke.empty() || sealed.size() < kTagBytes) return refused;
   const std::string key = pairing::hkdf(state_->keys.ke, label_of(other(state_->side)), 32);

@@ -9,6 +9,7 @@
 #include <openssl/pem.h>
 #include <openssl/rand.h>
 #include <openssl/sha.h>
+#include <openssl/x509v3.h>
 
 #include <lightwell/secrets.hpp>
 
@@ -50,6 +51,30 @@ std::string text_of(BIO* bio) {
   char* data = nullptr;
   const long size = BIO_get_mem_data(bio, &data);
   return size > 0 ? std::string(data, static_cast<std::size_t>(size)) : std::string();
+}
+
+/// A file that asks for a pass phrase is refused, not waited for.
+int no_phrase(char*, int, int, void*) { return 0; }
+
+Certificate first_certificate(std::string_view pem) {
+  const Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
+  return Certificate(bio ? PEM_read_bio_X509(bio.get(), nullptr, no_phrase, nullptr) : nullptr);
+}
+
+std::string host_of(X509* certificate) {
+  using Names = std::unique_ptr<GENERAL_NAMES, Freed<GENERAL_NAMES_free>>;
+  const Names names(static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr)));
+  for (int i = 0; names && i < sk_GENERAL_NAME_num(names.get()); ++i) {
+    const GENERAL_NAME* const name = sk_GENERAL_NAME_value(names.get(), i);
+    if (name->type != GEN_DNS) continue;
+    return {reinterpret_cast<const char*>(ASN1_STRING_get0_data(name->d.dNSName)),
+            static_cast<std::size_t>(ASN1_STRING_length(name->d.dNSName))};
+  }
+  if (X509_check_ca(certificate) != 0) return {};
+  std::array<char, 256> common_name{};
+  X509_NAME_get_text_by_NID(X509_get_subject_name(certificate), NID_commonName, common_name.data(),
+                            static_cast<int>(common_name.size()));
+  return common_name.data();
 }
 
 }  // namespace
@@ -124,12 +149,33 @@ Result<KeyPair> KeyPair::make() {
 }
 
 Result<std::string> certificate_digest(std::string_view pem) {
-  const pairing::Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
-  const pairing::Certificate certificate(bio ? PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr) : nullptr);
+  const pairing::Certificate certificate = pairing::first_certificate(pem);
   std::string out(SHA256_DIGEST_LENGTH, '\0');
   unsigned length = 0;
   if (!certificate || X509_digest(certificate.get(), EVP_sha256(), pairing::bytes_of(out), &length) != 1)
     return Status(StatusCode::data_loss, "no certificate in PEM form");
+  return out;
+}
+
+Result<CertificateIdentity> identify_certificate(std::string_view pem) {
+  const pairing::Certificate held = pairing::first_certificate(pem);
+  const pairing::Bio text(BIO_new(BIO_s_mem()));
+  unsigned char* der = nullptr;
+  const int length = held ? i2d_X509_PUBKEY(X509_get_X509_PUBKEY(held.get()), &der) : -1;
+  if (length <= 0 || !text || PEM_write_bio_X509(text.get(), held.get()) != 1) {
+    OPENSSL_free(der);
+    return Status(StatusCode::data_loss, "no certificate in PEM form");
+  }
+  CertificateIdentity out;
+  out.pem = pairing::text_of(text.get());
+  out.key_digest = sha256({reinterpret_cast<const char*>(der), static_cast<std::size_t>(length)});
+  OPENSSL_free(der);
+  out.is_authority = X509_check_ca(held.get()) != 0;
+  out.is_server = X509_check_purpose(held.get(), X509_PURPOSE_SSL_SERVER, 0) == 1;
+  // Zero would be a time that cannot be read.
+  out.is_in_date = X509_cmp_current_time(X509_get0_notBefore(held.get())) < 0 &&
+                   X509_cmp_current_time(X509_get0_notAfter(held.get())) > 0;
+  out.host = pairing::host_of(held.get());
   return out;
 }
 

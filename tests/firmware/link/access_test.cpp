@@ -144,6 +144,9 @@ TEST_F(ProbeKeysTest, TheOwnersFilesTakeThePlaceAndMustFit) {
   config_.key = folder_.write("own_key.pem", owners.key);
   EXPECT_EQ(load().certificate, owners.certificate);
   EXPECT_EQ(load().trust, owners.certificate) << "clients pin what they are shown";
+  folder_.write("own.pem", owners.certificate + owners.trust);
+  EXPECT_EQ(load().certificate, owners.certificate + owners.trust);
+  EXPECT_EQ(load().trust, owners.certificate) << "what else is in the file vouches for others, too";
   config_.client_ca = folder_.write("clients.pem", owners.trust);
   EXPECT_FALSE(load().own_clients()) << "the owner's authority knows its clients";
   config_.key = folder_.write("own_key.pem", KeyPair::make()->private_pem);
@@ -164,6 +167,79 @@ TEST_F(ProbeKeysTest, AClientIsNotWrittenThroughWhatStandsInPlaceOfTheList) {
     std::filesystem::remove(keys.client_list);
   }
   EXPECT_TRUE(admit_client(keys, "ann", public_key, 1, kNow).ok());
+}
+
+class ServedKeysTest : public ProbeKeysTest {
+ protected:
+  std::int64_t now_s_ = kNow;
+  ServedKeys served_{config_, "attic", [this] { return now_s_; }};
+};
+
+TEST_F(ServedKeysTest, AreThoseOfTheStartUntilTheyAreRenewed) {
+  const Result<ProbeKeys> first = served_.load();
+  ASSERT_TRUE(first.ok()) << first.status().message();
+  EXPECT_EQ(served_.take_changed()->certificate, first->certificate) << "the first look finds them new";
+  now_s_ += kYear;
+  EXPECT_FALSE(served_.take_changed());
+  now_s_ += kYear / 2;
+  const std::optional<ProbeKeys> renewed = served_.take_changed();
+  ASSERT_TRUE(renewed);
+  EXPECT_GE(read_certificate(renewed->certificate)->not_after_s, kNow + 3 * kYear);
+  EXPECT_EQ(renewed->key, first->key);
+  EXPECT_EQ(renewed->trust, first->trust);
+  EXPECT_EQ(**read_private_file(config_.keys + "/probe.pem"), renewed->certificate);
+  EXPECT_FALSE(served_.take_changed());
+  EXPECT_EQ(served_.trouble(), "");
+}
+
+TEST_F(ServedKeysTest, WhatCannotBeRenewedIsSaidAndTheKeysFromBeforeStay) {
+  ASSERT_TRUE(served_.load().ok());
+  (void)served_.take_changed();
+  const std::string good = **read_private_file(config_.keys + "/probe_key.pem");
+  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", "garbage", Readers::owner).ok());
+  EXPECT_EQ(served_.trouble(), "") << "it looks once a minute";
+  now_s_ += 3 * kYear / 2;
+  EXPECT_THAT(served_.trouble(), AllOf(HasSubstr("probe_key.pem"), HasSubstr("the keys from before are used")));
+  EXPECT_FALSE(served_.take_changed());
+  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", good, Readers::owner).ok());
+  now_s_ += 60;
+  EXPECT_TRUE(served_.take_changed()) << "mended, it is renewed";
+  EXPECT_EQ(served_.trouble(), "");
+}
+
+TEST_F(ServedKeysTest, AKeyThatIsGoneIsNotReplacedByOneThatNoClientKnows) {
+  ASSERT_TRUE(served_.load().ok());
+  (void)served_.take_changed();
+  std::filesystem::remove_all(config_.keys);
+  now_s_ += 2 * kYear;
+  EXPECT_THAT(served_.trouble(), AllOf(HasSubstr(config_.keys + "/ca_key.pem"), HasSubstr("pair its clients again")));
+  EXPECT_FALSE(served_.take_changed());
+  EXPECT_FALSE(std::filesystem::exists(config_.keys));
+}
+
+TEST_F(ServedKeysTest, TheOwnersFilesAreReadAgainWhereTheyChangeAndFit) {
+  const auto owners = [&](const char* folder) {
+    GrpcConfig other;
+    other.keys = folder_.path(folder);
+    return *load_probe_keys(other, folder, kNow);
+  };
+  const ProbeKeys one = owners("one"), other = owners("other");
+  config_.certificate = folder_.write("own.pem", one.certificate);
+  config_.key = folder_.write("own_key.pem", one.key);
+  ServedKeys served(config_, "attic", [this] { return now_s_; });
+  ASSERT_TRUE(served.load().ok());
+  EXPECT_EQ(served.take_changed()->certificate, one.certificate);
+  folder_.write("own.pem", other.certificate);
+  now_s_ += 60;
+  EXPECT_FALSE(served.take_changed()) << "half of the change is none";
+  EXPECT_THAT(served.trouble(), HasSubstr("own.pem"));
+  folder_.write("own_key.pem", other.key);
+  now_s_ += 60;
+  const std::optional<ProbeKeys> changed = served.take_changed();
+  ASSERT_TRUE(changed);
+  EXPECT_EQ(changed->certificate, other.certificate);
+  EXPECT_EQ(changed->key, other.key);
+  EXPECT_EQ(served.trouble(), "");
 }
 
 class ClientListTest : public ::testing::Test {
@@ -204,20 +280,36 @@ TEST_F(ClientListTest, NothingThatIsNoTokenIsTakenForOne) {
     EXPECT_FALSE(list_.admits_token(bad, kNow)) << bad.size();
 }
 
-TEST_F(ClientListTest, AWrongLineIsNamedAndLetsNobodyIn) {
+TEST_F(ClientListTest, AWrongLineIsNamedAndCountedAndTheListBeforeItStaysInForce) {
   add(kToken, kNow + 10);
   ASSERT_TRUE(list_.admits_token(kToken, kNow));
+  EXPECT_EQ(list_.trouble(), "");
+  const std::string newcomer(kTokenLength, 'n');
+  std::uint64_t faults = 0;
   const std::string good = **read_private_file(path_), digest(64, 'a');
   for (const std::string& bad : {std::string("x"), digest, digest + " x 5", digest + " - tomorrow", digest + " - 5x",
                                  std::string(64, 'G') + " - 5", digest + " - 99999999999999999999"}) {
-    ASSERT_TRUE(write_atomically(path_, good + bad + "\n", Readers::owner).ok());
-    EXPECT_FALSE(list_.admits_token(kToken, kNow)) << bad;
+    ASSERT_TRUE(
+        write_atomically(path_, good + bad + "\n" + to_hex(sha256(newcomer)) + " - 9999999999 new\n", Readers::owner)
+            .ok());
+    EXPECT_TRUE(list_.admits_token(kToken, kNow)) << bad;
+    EXPECT_FALSE(list_.admits_token(newcomer, kNow)) << "nothing of a file with a mistake counts";
+    EXPECT_THAT(list_.trouble(), AllOf(HasSubstr(path_ + ":4: "), HasSubstr("correct or delete the line")));
+    EXPECT_EQ(list_.faults(), ++faults);
     const Status s = ClientList(path_).load();
     EXPECT_EQ(s.code(), StatusCode::data_loss);
     EXPECT_THAT(s.message(), HasSubstr(path_ + ":4: "));
   }
   ASSERT_TRUE(write_atomically(path_, good, Readers::owner).ok());
   EXPECT_TRUE(list_.admits_token(kToken, kNow)) << "mended, it counts again";
+  EXPECT_EQ(list_.trouble(), "");
+  EXPECT_EQ(list_.faults(), faults);
+}
+
+TEST_F(ClientListTest, WithoutAListThatWasEverGoodNobodyIsLetIn) {
+  ASSERT_TRUE(write_atomically(path_, to_hex(sha256(kToken)) + " - 9999999999 x\nx\n", Readers::owner).ok());
+  EXPECT_FALSE(list_.admits_token(kToken, kNow));
+  EXPECT_EQ(list_.faults(), 1U);
 }
 
 TEST_F(ClientListTest, ThoseThatExpiredMakeRoomAndThereIsAnEndToIt) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <span>
 
+#include <grpc/grpc_security_constants.h>
+
 namespace lightwell::test {
 namespace {
 
@@ -58,6 +60,9 @@ Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& met
   bool ok = false;
   queue.Next(&tag, &ok);
   if (reply.status.ok()) reply.bytes = text_of_buffer(came);
+  if (const auto with = context.auth_context(); with)
+    for (const grpc::string_ref& pem : with->FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME))
+      reply.certificate.assign(pem.data(), pem.size());
   return reply;
 }
 

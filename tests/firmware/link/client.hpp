@@ -27,6 +27,7 @@ namespace lightwell::test {
 struct Reply {
   grpc::Status status;
   std::string bytes;
+  std::string certificate;  ///< PEM, as the server showed it; empty: plain text, or no handshake.
 };
 
 /// A unary call, "/lightwell.v1.ProbeService/Info". Waits at most kPatience.

@@ -1,6 +1,7 @@
 // Who is let in, over real TLS.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <set>
@@ -160,6 +161,48 @@ TEST_F(GrpcSecurityTest, ACertificateThatIsNotGoodEndsInTheHandshake) {
   EXPECT_TRUE(fails_in_the_handshake(channel(own.certificate, own.key))) << "the probe's own is none for clients";
   EXPECT_EQ(link_->counters().authentication_failures, 0U) << "no call came as far as that";
   EXPECT_TRUE(ask(channel_of(good)).ok());
+}
+
+TEST_F(GrpcSecurityTest, TheCertificateIsRenewedWhileAStreamRuns) {
+  std::atomic<std::int64_t> probes_clock = now() - 365 * 86'400;
+  listen(LinkSecurity::tls, "127.0.0.1:0", [&] { return probes_clock.load(); });
+  const KnownClient client = known_client();
+  RawStream stream(
+      connect(*link_, grpc::CompositeChannelCredentials(grpc::SslCredentials({keys().trust, "", ""}),
+                                                        grpc::AccessTokenCredentials(client.given.token))));
+  ASSERT_TRUE(comes_true("the stream is there", [&] { return link_->counters().clients == 1; }));
+  const auto shown_until = [&] {
+    const Result<CertificateFacts> facts = read_certificate(call(channel_of(client), kInfo, "").certificate);
+    EXPECT_TRUE(facts.ok());
+    return facts ? facts->not_after_s : 0;
+  };
+  EXPECT_EQ(shown_until(), probes_clock + 2 * 365 * 86'400);
+  probes_clock += 400 * 86'400;  // more than two thirds of two years are over
+  EXPECT_EQ(shown_until(), probes_clock + 2 * 365 * 86'400);
+  link_->publish(message(7));
+  EXPECT_EQ(stream.next(), text_of(message(7))) << "the stream from before goes on";
+  EXPECT_EQ(link_->counters().clients, 1U);
+  EXPECT_EQ(link_->trouble(), "");
+}
+
+TEST_F(GrpcSecurityTest, ABoardWhoseClockWasYearsBehindIsReachedAsSoonAsItIsSet) {
+  std::atomic<std::int64_t> probes_clock = now() - 3 * 365 * 86'400;
+  listen(LinkSecurity::tls, "127.0.0.1:0", [&] { return probes_clock.load(); });
+  const KnownClient client = known_client();
+  EXPECT_TRUE(fails_in_the_handshake(channel_of(client))) << "by the client's clock the certificate has expired";
+  probes_clock = now();
+  EXPECT_TRUE(ask(channel_of(client)).ok());
+}
+
+TEST_F(GrpcSecurityTest, AMistakeInTheListOfClientsShutsNobodyOutAndIsSaidAndCounted) {
+  listen(LinkSecurity::tls);
+  const KnownClient client = known_client();
+  ASSERT_TRUE(ask(channel(), "Bearer " + client.given.token).ok());
+  std::ofstream(folder_.path("keys/clients"), std::ios::app) << "a slip of the hand\n";
+  EXPECT_TRUE(ask(channel(), "Bearer " + client.given.token).ok());
+  EXPECT_TRUE(ask(channel_of(client)).ok());
+  EXPECT_EQ(link_->counters().client_list_faults, 1U);
+  EXPECT_THAT(link_->trouble(), AllOf(HasSubstr("clients:4: "), HasSubstr("correct or delete the line")));
 }
 
 TEST_F(GrpcSecurityTest, MutualTlsWantsACertificateAndATokenDoesNotHelp) {

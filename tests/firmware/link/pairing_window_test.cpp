@@ -63,7 +63,10 @@ class Visitor {
     v1::PairFinishRequest next;
     next.set_session(begun_.session());
     next.set_confirmation(exchange_->confirmation());
-    next.set_sealed(*exchange_->seal(application.SerializeAsString()));
+    Result<SealedMessage> sealed = std::move(*exchange_).seal(application.SerializeAsString());
+    EXPECT_TRUE(sealed.ok()) << sealed.status().message();
+    next.set_sealed(sealed->bytes);
+    reader_.emplace(std::move(sealed->reader));
     return next;
   }
   grpc::Status pair(const std::string& code) { return finish(meet(code)); }
@@ -71,8 +74,8 @@ class Visitor {
   /// What a pairing brought.
   v1::PairCredentials credentials() const {
     v1::PairCredentials out;
-    EXPECT_TRUE(exchange_->confirms(finished_.confirmation()));
-    const Result<std::string> opened = exchange_->open(finished_.sealed());
+    EXPECT_TRUE(reader_->confirms(finished_.confirmation()));
+    const Result<std::string> opened = reader_->open(finished_.sealed());
     EXPECT_TRUE(opened.ok() && out.ParseFromString(*opened));
     return out;
   }
@@ -84,6 +87,7 @@ class Visitor {
   const KeyPair key_;
   std::unique_ptr<v1::PairingService::Stub> stub_;
   std::optional<PairingExchange> exchange_;
+  std::optional<PairingReader> reader_;  // what is left of it
   v1::PairBeginResponse begun_;
   v1::PairFinishResponse finished_;
   std::vector<std::string> said_;
@@ -174,7 +178,21 @@ TEST_F(PairingWindowTest, AReplayedPairingIsAWrongCode) {
   ASSERT_TRUE(first.finish(recorded).ok());
   open();
   EXPECT_EQ(Visitor(*window_, keys_).finish(recorded).error_code(), grpc::StatusCode::UNAUTHENTICATED);
-  EXPECT_EQ(window_->wrong_codes(), 1);
+  EXPECT_EQ(window_->wrong_codes(), 0) << "no guess at this window's code";
+}
+
+TEST_F(PairingWindowTest, SessionsThatNobodyBeganDoNotCloseTheWindow) {
+  open();
+  Visitor stranger(*window_, keys_), known(*window_, keys_);
+  const v1::PairFinishRequest right = known.meet(window_->code());
+  for (int i = 0; i < 3 * PairingWindow::kMaxWrongCodes; ++i) {
+    v1::PairFinishRequest invented = right;
+    invented.set_session(std::string(16, static_cast<char>('a' + i)));
+    EXPECT_EQ(stranger.finish(invented).error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  }
+  EXPECT_EQ(now_it_is(), PairingOutcome::open);
+  EXPECT_EQ(window_->wrong_codes(), 0);
+  EXPECT_TRUE(known.finish(right).ok()) << "who has the code is still welcome";
 }
 
 TEST_F(PairingWindowTest, AnExchangeIsGoodForOneGuess) {
@@ -185,7 +203,7 @@ TEST_F(PairingWindowTest, AnExchangeIsGoodForOneGuess) {
   wrong.set_confirmation(std::string(32, 'x'));
   EXPECT_EQ(visitor.finish(wrong).error_code(), grpc::StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(visitor.finish(right).error_code(), grpc::StatusCode::UNAUTHENTICATED);
-  EXPECT_EQ(window_->wrong_codes(), 2);
+  EXPECT_EQ(window_->wrong_codes(), 1) << "the second was no guess: its session was over";
 }
 
 TEST_F(PairingWindowTest, WhatIsNoShareNoConfirmationAndNoApplicationIsRefused) {

@@ -215,6 +215,7 @@ class ProbeInfo:
     estimates_late_at_fast: int
     messages_refused: int
     authentication_failures: int
+    client_list_faults: int
     position: Optional[np.ndarray]  # float64 (3,), m: where the probe hangs in its room; None where it does not know.
     orientation: Optional[np.ndarray]  # float64 (4,), x, y, z, w: p_world = orientation p_probe + position.
 
