@@ -74,8 +74,8 @@ def accuracy(values):
     rows.append(equals("lights of a constant panorama", 0, values.get("constant.lights"), "", ANALYTIC))
     names = {"analytic.constant": "irradiance and radiance of a constant sphere, deviation",
              "analytic.directional": "irradiance and radiance of one light at ten directions, deviation",
-             "analytic.cosine_lobe": "irradiance of a cosine lobe, radiance of it on an even sky, deviation",
-             "analytic.single_harmonics": "irradiance of each single harmonic, radiance of it on an even sky, deviation",
+             "analytic.cosine_lobe": "irradiance of a cosine lobe, radiance on an even sky, deviation",
+             "analytic.single_harmonics": "irradiance of each single harmonic, radiance on an even sky, deviation",
              "estimated.single_harmonics": "coefficients estimated from pictures of each single harmonic, deviation"}
     rows += [at_most(name, 1e-5, values.get(figure), "", ANALYTIC) for figure, name in names.items()]
     return rows

@@ -1,5 +1,5 @@
 // Radiance over directions out of the harmonics of a descriptor, as reflections need it: never negative, without the
-// ringing of a series that ends. The numbers of proto/include/lightwell/reconstruction.hpp, where the method is described.
+// ringing of a series that ends. The numbers of proto/include/lightwell/reconstruction.hpp, which describes the method.
 import { GgxLobe, gaussLegendre, evaluateHarmonics, harmonicsBasis } from "./lobes.js";
 import { Rgb, Vec3 } from "./vector.js";
 
