@@ -20,20 +20,20 @@
 namespace lightwell {
 namespace {
 
-constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 /// As many as the kernel follows.
-constexpr int kMaxLinks = 40;
+constexpr int kMaxLinksFollowed = 40;
 
 /// Closes what it was given.
-class Descriptor {
+class OpenFile {
  public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
+  explicit OpenFile(int number) : number_(number) {}
+  OpenFile(OpenFile&& other) noexcept : number_(other.release()) {}
+  OpenFile& operator=(OpenFile&& other) noexcept {
     std::swap(number_, other.number_);
     return *this;
   }
-  ~Descriptor() {
+  ~OpenFile() {
     if (number_ >= 0) ::close(number_);
   }
   [[nodiscard]] int get() const { return number_; }
@@ -52,7 +52,7 @@ Status failed(const std::string& path, const char* what) {
   return {code, path + ": " + what + ": " + std::strerror(error)};
 }
 
-Status refused(const std::string& path, const char* why) {
+Status refused_path(const std::string& path, const char* why) {
   return {StatusCode::failed_precondition, path + ": " + why};
 }
 
@@ -60,7 +60,7 @@ bool is_ours(uid_t owner) { return owner == 0 || owner == ::geteuid(); }
 
 /// An entry of a folder: whoever opens it there with O_NOFOLLOW gets that entry or an error.
 struct Place {
-  Descriptor folder;  ///< O_PATH
+  OpenFile folder;  ///< O_PATH
   std::string name = ".";
 };
 
@@ -78,11 +78,12 @@ void push_names(std::vector<std::string>& names, std::string_view path) {
   std::reverse(names.begin() + at, names.end());
 }
 
-Descriptor start_of(std::string_view path) {
-  return Descriptor(::open(path.starts_with('/') ? "/" : ".", O_PATH | O_DIRECTORY | O_CLOEXEC));
+OpenFile start_of(std::string_view path) {
+  return OpenFile(::open(path.starts_with('/') ? "/" : ".", O_PATH | O_DIRECTORY | O_CLOEXEC));
 }
 
-Result<Place> find(const std::string& path, FinalLink final_link, Parents parents = Parents::expect) {
+Result<Place> find(const std::string& path, FinalLink final_link, Parents parents = Parents::expect,
+                   const char* trouble = "cannot be reached") {
   std::vector<std::string> left;
   push_names(left, path);
   Place at{start_of(path)};
@@ -90,7 +91,7 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
     at.name = std::move(left.back());
     left.pop_back();
     if (left.empty() && final_link == FinalLink::refuse) return at;
-    Descriptor step(::openat(at.folder.get(), at.name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
+    OpenFile step(::openat(at.folder.get(), at.name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
     if (!step && errno == ENOENT) {
       if (left.empty()) return at;
       if (parents == Parents::make && ::mkdirat(at.folder.get(), at.name.c_str(), 0777) == 0) {
@@ -99,16 +100,16 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
       }
     }
     struct stat facts {};
-    if (!step || ::fstat(step.get(), &facts) != 0) return failed(path, "cannot be reached");
+    if (!step || ::fstat(step.get(), &facts) != 0) return failed(path, trouble);
     if (S_ISLNK(facts.st_mode)) {
       if (!is_ours(facts.st_uid))
-        return refused(path, ("'" + at.name +
-                              "' on the way is a symbolic link that another user made; name the place "
-                              "that it points to")
-                                 .c_str());
+        return refused_path(path, ("'" + at.name +
+                                   "' on the way is a symbolic link that another user made; name the place "
+                                   "that it points to")
+                                      .c_str());
       std::array<char, PATH_MAX> target{};
       const ssize_t size = ::readlinkat(step.get(), "", target.data(), target.size());
-      if (size < 0 || ++links > kMaxLinks) return refused(path, "too many symbolic links on the way");
+      if (size < 0 || ++links > kMaxLinksFollowed) return refused_path(path, "too many symbolic links on the way");
       const std::string_view to(target.data(), static_cast<std::size_t>(size));
       push_names(left, to);
       if (to.starts_with('/')) at.folder = start_of(to);
@@ -119,55 +120,55 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
     }
     at.name = ".";
   }
-  if (!at.folder) return failed(path, "cannot be reached");
+  if (!at.folder) return failed(path, trouble);
   return at;
 }
 
-Descriptor open_at(const Place& place, int flags, mode_t mode = 0) {
+OpenFile open_at(const Place& place, int flags, mode_t mode = 0) {
   // O_NONBLOCK: a FIFO would wait for its other end before it can be looked at.
-  return Descriptor(
-      ::openat(place.folder.get(), place.name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode));
+  return OpenFile(::openat(place.folder.get(), place.name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode));
 }
 
 /// O_NOFOLLOW says ELOOP; with O_DIRECTORY, ENOTDIR.
 Status cannot_open(const std::string& path) {
-  if (errno == ELOOP) return refused(path, "is a symbolic link, which is not followed here; put the file itself there");
+  if (errno == ELOOP)
+    return refused_path(path, "is a symbolic link, which is not followed here; put the file itself there");
   return failed(path, "cannot be opened");
 }
 
 enum class Names : std::uint8_t { any, one };
 
 /// A regular file of an owner who may write there anyway, and of nobody else.
-Status check_plain(const Descriptor& file, const Place& place, const std::string& path, Names names) {
+Status check_plain(const OpenFile& file, const Place& place, const std::string& path, Names names) {
   struct stat facts {
   }, folder{};
   if (::fstat(file.get(), &facts) != 0 || ::fstat(place.folder.get(), &folder) != 0)
     return failed(path, "cannot be looked at");
-  if (!S_ISREG(facts.st_mode)) return refused(path, "is no regular file; remove it");
+  if (!S_ISREG(facts.st_mode)) return refused_path(path, "is no regular file; remove it");
   if (names == Names::any) return {};
   if (facts.st_nlink != 1)
-    return refused(path, "has a second name (a hard link), behind which another file may stand; remove it");
+    return refused_path(path, "has a second name (a hard link), behind which another file may stand; remove it");
   if (!is_ours(facts.st_uid) && facts.st_uid != folder.st_uid)
-    return refused(path, "belongs neither to its folder's owner nor to this user; remove it or `chown` it");
+    return refused_path(path, "belongs neither to its folder's owner nor to this user; remove it or `chown` it");
   return {};
 }
 
 /// Such as /dev/null. Only root makes one.
-bool is_device(const Descriptor& file) {
+bool is_device(const OpenFile& file) {
   struct stat facts {};
   return ::fstat(file.get(), &facts) == 0 && S_ISCHR(facts.st_mode);
 }
 
 /// What an administrator's `lightwelld --pair` writes belongs to the daemon's user, as the folder does: else the daemon
 /// could not read it. `made` was made by this process; an existing file is never given away.
-bool give_to_owner_of(const Descriptor& folder, const Descriptor& made) {
+bool give_to_owner_of(const OpenFile& folder, const OpenFile& made) {
   if (::geteuid() != 0) return true;
   struct stat facts {};
   return ::fstat(folder.get(), &facts) == 0 && ::fchown(made.get(), facts.st_uid, facts.st_gid) == 0;
 }
 
-bool flush_folder(const Descriptor& folder) {
-  const Descriptor open(::openat(folder.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+bool flush_folder(const OpenFile& folder) {
+  const OpenFile open(::openat(folder.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return open && ::fsync(open.get()) == 0;
 }
 
@@ -199,7 +200,7 @@ Result<std::optional<std::string>> read_file(const std::string& path, FinalLink 
   const Result<Place> place = find(path, final_link);
   if (!place && place.status().code() == StatusCode::not_found) return std::optional<std::string>();
   if (!place) return place.status();
-  const Descriptor file = open_at(*place, O_RDONLY);
+  const OpenFile file = open_at(*place, O_RDONLY);
   if (!file && errno == ENOENT) return std::optional<std::string>();
   if (!file) return cannot_open(path);
   if (Status s = check_plain(file, *place, path, names); !s.ok()) return s;
@@ -211,7 +212,7 @@ Result<std::optional<std::string>> read_file(const std::string& path, FinalLink 
     if (n < 0) return failed(path, "cannot be read");
     if (n == 0) return std::optional<std::string>(std::move(text));
     text.append(buffer.data(), static_cast<std::size_t>(n));
-    if (text.size() > kMaxBytes)
+    if (text.size() > kMaxFileBytes)
       return Status(StatusCode::resource_exhausted, path + ": is larger than a mebibyte, which no file of keys is");
   }
 }
@@ -223,36 +224,36 @@ Status make_private_folder(const std::string& path) {
   if (!place) return place.status();
   const bool made = ::mkdirat(place->folder.get(), place->name.c_str(), S_IRWXU) == 0;
   if (!made && errno != EEXIST) return failed(path, "cannot be made");
-  const Descriptor folder = open_at(*place, O_RDONLY | O_DIRECTORY);
+  const OpenFile folder = open_at(*place, O_RDONLY | O_DIRECTORY);
   if (!folder)
-    return errno == ENOTDIR || errno == ELOOP ? refused(path,
-                                                        "is no folder; remove it, or name the folder itself where "
-                                                        "it is a symbolic link")
+    return errno == ENOTDIR || errno == ELOOP ? refused_path(path,
+                                                             "is no folder; remove it, or name the folder itself where "
+                                                             "it is a symbolic link")
                                               : failed(path, "cannot be opened");
   struct stat facts {};
   if (::fstat(folder.get(), &facts) != 0) return failed(path, "cannot be looked at");
   if ((facts.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    return refused(path, "others may write there, and could put keys of their own in it; `chmod 700` it");
+    return refused_path(path, "others may write there, and could put keys of their own in it; `chmod 700` it");
   if (::geteuid() != 0 && facts.st_uid != ::geteuid())
-    return refused(path, "belongs to another user, who could put keys of their own in it; `chown` it");
+    return refused_path(path, "belongs to another user, who could put keys of their own in it; `chown` it");
   if (made && facts.st_uid == ::geteuid() && !give_to_owner_of(place->folder, folder))
     return failed(path, "cannot be given to the owner of the folder above it");
   return {};
 }
 
 Status write_atomically(const std::string& path, std::string_view bytes, Readers readers) {
-  const Result<Place> place = find(path, FinalLink::follow);
+  const Result<Place> place = find(path, FinalLink::follow, Parents::expect, "cannot be written");
   if (!place) return place.status();
   const int folder = place->folder.get();
   struct stat there {};
   if (::fstatat(folder, place->name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(there.st_mode)) {
     if (!S_ISCHR(there.st_mode))
-      return refused(path, "is no regular file and is not replaced; remove it or name another file");
-    const Descriptor device = open_at(*place, O_WRONLY);
+      return refused_path(path, "is no regular file and is not replaced; remove it or name another file");
+    const OpenFile device = open_at(*place, O_WRONLY);
     return device && write_all(device.get(), bytes) ? Status() : failed(path, "cannot be written");
   }
-  Place aside{Descriptor(::openat(folder, ".", O_PATH | O_DIRECTORY | O_CLOEXEC))};
-  Descriptor file(-1);
+  Place aside{OpenFile(::openat(folder, ".", O_PATH | O_DIRECTORY | O_CLOEXEC))};
+  OpenFile file(-1);
   for (int i = 0; i < kAttempts && !file; ++i) {
     aside.name = beside(place->name);
     file = open_at(aside, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
@@ -283,7 +284,7 @@ Result<std::optional<std::string>> read_private_file(const std::string& path) {
 Result<FilePointer> open_for_update(const std::string& path) {
   const Result<Place> place = find(path, FinalLink::follow);
   if (!place) return place.status();
-  Descriptor file = open_at(*place, O_RDWR | O_CREAT, 0666);
+  OpenFile file = open_at(*place, O_RDWR | O_CREAT, 0666);
   if (!file) return cannot_open(path);
   if (const Status s = check_plain(file, *place, path, Names::one); !s.ok() && !is_device(file)) return s;
   FilePointer out(::fdopen(file.get(), "r+b"));
@@ -330,7 +331,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   const std::string path = folder + "/lock";
   const Result<Place> place = find(path, FinalLink::refuse);
   if (!place) return place.status();
-  Descriptor file = open_at(*place, O_RDWR | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
+  OpenFile file = open_at(*place, O_RDWR | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
   if (file) {
     if (!give_to_owner_of(place->folder, file)) return failed(path, "cannot be given to the folder's owner");
   } else {
