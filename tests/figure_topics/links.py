@@ -65,7 +65,8 @@ def queries(programs, say):
     figures = by_figure(lines_of([programs / "measure_queries"], say))
     value = lambda figure: figures.get(figure, {}).get("value")
     speed = next((item["memcpy_gb_per_s"] for item in figures.values()), None)
-    real = f"real SDK, one thread, best of five; memcpy {speed} GB/s"
+    vector = next((item["vector"] for item in figures.values()), None)
+    real = f"real SDK, one thread, {vector}, best of five; memcpy {speed} GB/s"
     rows = [at_most("latest()", 100, value("latest_ns"), "ns", real),
             at_most("irradiance(), band 2, two lights", 50, value("irradiance_ns.band2.2"), "ns", real),
             at_least("normals at once, band 2", 200, value("normals_per_s.band2.0"), "million/s", real),

@@ -20,14 +20,15 @@ def sweep(folder, say):
     return [] if done.returncode else json.loads(done.stdout)["rows"]
 
 
-def front(folder, say):
+def front(folder, say, unit):
+    """`unit`: the vectors of this machine, by name."""
     named = [item for item in sweep(folder, say) if item["named"]]
     # Every setting at three sizes through the ideal sensor, and with three exposures of an 8-bit one.
     rows = [equals("named settings that were measured", 12, len(named), "rows", REAL)]
     for item in named:
         name = f"{item['what']}, pair of {item['width']} pixels wide"
         rows.append(equals(f"on the measured front: {name}", 1, int(item["on_front"]), "", REAL))
-        rows.append(reported(f"time by memcpy's: {name}", item["memcpy_ratio"], "x", REAL))
+        rows.append(reported(f"time by memcpy's: {name}, {unit}", item["memcpy_ratio"], "x", REAL))
         rows.append(reported(f"median error: {name}", 100 * item["rms"], "%", REAL))
         rows.append(reported(f"median bytes: {name}", item["bytes"], "B", REAL))
     return rows

@@ -6,6 +6,11 @@ def row(name, asked, measured, unit, holds, real):
     return {"name": name, "asked": asked, "measured": measured, "unit": unit, "holds": bool(holds), "real": real}
 
 
+def known_short(judged, reason):
+    """Marks a row that is known to fall short, and why. What was not measured is not excused by it."""
+    return judged if judged["measured"] == "not measured" else {**judged, "known_short": reason}
+
+
 def known(measured):
     return measured is not None and math.isfinite(measured)
 

@@ -1,10 +1,16 @@
-// A program to be counted (tests/measure/count_instructions): N frames at `fast`, RGB8 of linear response, from frame
-// to encoded descriptor. What is done once (scene, tables, first frame) is done alike for any N.
-//   measure_instructions --frames N [single|equirect]     one lens of 1280x960; a whole sphere of 1568x784
+// A program to be counted (tests/measure/count_instructions): N frames from frame to encoded descriptor. What is done
+// once (scene, tables, first frame) is done alike for any N.
+//   measure_instructions --frames N [RIG [FORMAT [SETTING]]]
+// RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784. FORMAT: rgb8_linear, RGB8 of linear
+// response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 as they come. SETTING: fast, balanced, exact. Where
+// they are not given: single, rgb8_linear, fast.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include <lightwell/codec.hpp>
 
@@ -29,10 +35,15 @@ constexpr double kExposure = 1e-3;
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool sphere = argc == 4 && std::strcmp(argv[3], "equirect") == 0;
-  if (argc < 3 || argc > 4 || std::strcmp(argv[1], "--frames") != 0 ||
-      (argc == 4 && !sphere && std::strcmp(argv[3], "single") != 0))
-    return std::fprintf(stderr, "usage: measure_instructions --frames N [single|equirect]\n"), 2;
+  const std::string_view kind = argc > 3 ? argv[3] : "single", pixels_of = argc > 4 ? argv[4] : "rgb8_linear",
+                         setting_name = argc > 5 ? argv[5] : "fast";
+  const bool sphere = kind == "equirect", linear = pixels_of == "rgb8_linear";
+  const std::optional<PixelFormat> format = linear ? PixelFormat::rgb8 : pixel_format_of(pixels_of);
+  const auto setting =
+      std::find_if(kSettings.begin(), kSettings.end(), [&](Setting s) { return to_string(s) == setting_name; });
+  if (argc < 3 || argc > 6 || std::strcmp(argv[1], "--frames") != 0 || (!sphere && kind != "single") || !format ||
+      setting == kSettings.end())
+    return std::fprintf(stderr, "usage: measure_instructions --frames N [RIG [FORMAT [SETTING]]]\n"), 2;
   const int frames = std::atoi(argv[2]);
   const Result<std::string> path = sim::scene_path("city");
   if (!path) fail(path.status());
@@ -40,21 +51,20 @@ int main(int argc, char** argv) {
   if (!panorama) fail(panorama.status());
   const sim::Scene scene(std::move(*panorama));
 
-  RigParameters rig =
-      *sim::make_rig(sphere ? "equirect" : "single", sphere ? 1568 : 1280, sphere ? 784 : 960, PixelFormat::rgb8);
+  RigParameters rig = *sim::make_rig(kind, sphere ? 1568 : 1280, sphere ? 784 : 960, *format);
   LensParameters& lens = rig.lenses.front();
-  lens.photometry.response.kind = ResponseCurve::Kind::linear;
-  const sim::Sensor sensor(lens, sim::sensor_of(rig, PixelFormat::rgb8, 1));
+  if (linear) lens.photometry.response.kind = ResponseCurve::Kind::linear;
+  const sim::Sensor sensor(lens, sim::sensor_of(rig, *format, 1));
   std::vector<std::byte> pixels(sensor.bytes());
   sensor.develop(sim::render_radiance(scene, scene.state_at(0), lens), {kExposure, 1, 0, 0}, pixels);
 
   PanoramaOptions options;
-  options.config.setting = Setting::fast;
+  options.config.setting = *setting;
   auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
   Frame frame;
   frame.info.exposure_s = kExposure;
-  frame.add_view({0, PixelFormat::rgb8, lens.width, lens.height, sensor.stride(), pixels});
+  frame.add_view({0, *format, lens.width, lens.height, sensor.stride(), pixels});
   Encoder encoder;
   Descriptor d;
   for (int i = 0; i < frames; ++i) {

@@ -1,5 +1,7 @@
 // The estimator at `balanced` beside what others do, one thread, on the same panorama: prints one JSON object a line
-// for tests/figures: figure, ms (best of five runs of each, in turns), and error (of irradiance) where it has one.
+// for tests/figures: figure, ms (best of five runs of each, in turns), vector (the unit of our kernels; the others' are
+// what their compiler made), and error (of irradiance) where it has one.
+//   measure_peers [--vector best|avx2|sse4]
 //   ours.floats       the panorama as it is, from frame to encoded descriptor
 //   filament          the panorama to nine coefficients (cube_ms, sh_ms)
 //   median_cut        the panorama to 64 lights
@@ -20,6 +22,7 @@
 #include "bench/filament_sh.hpp"
 #include "bench/median_cut.hpp"
 #include "bench/s0_detection.hpp"
+#include "bench/vector_unit.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
@@ -33,6 +36,8 @@ using namespace lightwell;
 namespace ref = reference;
 
 constexpr int kRuns = 5;
+
+std::string vector_unit;
 
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_peers: %s\n", s.message().c_str());
@@ -71,7 +76,8 @@ struct Timed {
 };
 
 void print(const char* figure, double seconds, double error) {
-  std::printf("{\"figure\": \"%s\", \"ms\": %.5g, \"error\": ", figure, seconds * 1e3);
+  std::printf("{\"figure\": \"%s\", \"ms\": %.5g, \"vector\": \"%s\", \"error\": ", figure, seconds * 1e3,
+              vector_unit.c_str());
   if (std::isfinite(error))
     std::printf("%.5g}\n", error);
   else
@@ -80,7 +86,11 @@ void print(const char* figure, double seconds, double error) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  Result<std::string> unit = bench::take_vector_option(argc, argv);
+  if (!unit) fail(unit.status());
+  if (argc != 1) return std::fprintf(stderr, "usage: measure_peers [--vector best|avx2|sse4]\n"), 2;
+  vector_unit = std::move(*unit);
   const Result<std::string> path = sim::scene_path("city");
   if (!path) fail(path.status());
   const Result<measure::PanoramaTruth> truth = measure::load_panorama_truth(*path);

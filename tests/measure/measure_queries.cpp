@@ -1,6 +1,6 @@
 // Times what an application asks of the SDK: one JSON object a line for tests/figures (figure, value, memcpy_gb_per_s:
-// of this run). Best of five repeats of a long loop each, one thread.
-//   measure_queries
+// of this run; vector: the unit of what answers many at once). Best of five repeats of a long loop each, one thread.
+//   measure_queries [--vector best|avx2|sse4]
 //     latest_ns                      Probe::latest(), with a recording behind it
 //     irradiance_ns.bandL.N          one normal, N lights, over normals of the whole sphere
 //     normals_per_s.bandL.N          many at once, in arrays that no cache of a core holds, in millions
@@ -22,16 +22,18 @@
 #include <lightwell/recording.hpp>
 
 #include "bench/memcpy_speed.hpp"
+#include "bench/vector_unit.hpp"
 
 namespace {
 
 using namespace lightwell;
 
 double memcpy_gb_per_s = 0;
+std::string vector_unit;
 
 void print(const std::string& figure, double value) {
-  std::printf("{\"figure\": \"%s\", \"value\": %.5g, \"memcpy_gb_per_s\": %.3g}\n", figure.c_str(), value,
-              memcpy_gb_per_s);
+  std::printf("{\"figure\": \"%s\", \"value\": %.5g, \"memcpy_gb_per_s\": %.3g, \"vector\": \"%s\"}\n", figure.c_str(),
+              value, memcpy_gb_per_s, vector_unit.c_str());
   std::fflush(stdout);
 }
 
@@ -157,8 +159,11 @@ void others() {
 
 }  // namespace
 
-int main(int argc, char**) {
-  if (argc != 1) return std::fprintf(stderr, "usage: measure_queries\n"), 2;
+int main(int argc, char** argv) {
+  Result<std::string> unit = bench::take_vector_option(argc, argv);
+  if (!unit) fail(unit.status().message());
+  if (argc != 1) return std::fprintf(stderr, "usage: measure_queries [--vector best|avx2|sse4]\n"), 2;
+  vector_unit = std::move(*unit);
   memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
   probe();
   for (const int band : {2, 4, 6})

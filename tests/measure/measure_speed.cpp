@@ -1,23 +1,27 @@
 // Times the panorama estimator, from frame to encoded descriptor, beside memcpy of the same bytes in the same run.
 // Prints one JSON object a line for tests/figures: figure, value (time by that of memcpy), ms, memcpy_gb_per_s, bytes
-// (of the descriptor), lights, and what else the part below names.
+// (of the descriptor), lights, vector (the unit of the kernels), and what else the part below names.
 //   measure_speed formats    SETTING.RIG.FORMAT     one picture
 //   measure_speed brackets   bracket.RIG.FORMAT     three exposures at `balanced`
 //   measure_speed sizes      size.SETTING.WxH       one lens; seen_pixels: that the lens sees at all, the others cost
 //                                                   nothing
-//   measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in an even room. CHOICE as_rich_as_needed:
-//   the
-//                                                   default of 1 %; all_sent: epsilon 0, 64 lights in the descriptor
-//   measure_speed            all of these
+//   measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in an even room. CHOICE
+//                            as_rich_as_needed: the default of 1 %; all_sent: epsilon 0, 64 lights in the descriptor
+//   measure_speed unit       unit: nothing but vector
+//   measure_speed            all of these but the last
+//   measure_speed --vector avx2|sse4|best ...   with the kernels limited to what a lesser processor has
 // Rigs: single, one lens of 1280x960; pair, two of these; equirect, a whole sphere of as many pixels as 1280x960.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <numbers>
 #include <string>
+#include <string_view>
 
+#include "bench/vector_unit.hpp"
 #include "calibration/lens_table.hpp"
 #include "measure/speed_bench.hpp"
 #include "sim/panorama.hpp"
@@ -42,6 +46,8 @@ constexpr int kPassesInTurns = 8;
 constexpr double kLightRadiusRad = 0.75 * std::numbers::pi / 180;
 constexpr float kLightRadiance = 150;
 
+std::string vector_unit;
+
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_speed: %s\n", s.message().c_str());
   std::exit(1);
@@ -49,9 +55,10 @@ constexpr float kLightRadiance = 150;
 
 void print(const std::string& name, const measure::Speed& s, double seen_pixels = 0) {
   std::printf(
-      "{\"figure\": \"%s\", \"value\": %.4g, \"ms\": %.5g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %.0f, \"lights\": %d",
+      "{\"figure\": \"%s\", \"value\": %.4g, \"ms\": %.5g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %.0f, \"lights\": %d, "
+      "\"vector\": \"%s\"",
       name.c_str(), s.seconds / s.memcpy_seconds, s.seconds * 1e3, s.bytes / s.memcpy_seconds * 1e-9,
-      s.descriptor_bytes, s.lights);
+      s.descriptor_bytes, s.lights, vector_unit.c_str());
   if (seen_pixels > 0) std::printf(", \"seen_pixels\": %.0f", seen_pixels);
   std::printf("}\n");
   std::fflush(stdout);
@@ -172,9 +179,16 @@ void lights() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  Result<std::string> unit = bench::take_vector_option(argc, argv);
+  if (!unit) fail(unit.status());
+  vector_unit = std::move(*unit);
   const std::string part = argc > 1 ? argv[1] : "";
-  if (argc > 2 || (!part.empty() && part != "formats" && part != "brackets" && part != "sizes" && part != "lights"))
-    return std::fprintf(stderr, "usage: measure_speed [formats|brackets|sizes|lights]\n"), 2;
+  constexpr std::string_view kParts[] = {"", "unit", "formats", "brackets", "sizes", "lights"};
+  if (argc > 2 || std::find(std::begin(kParts), std::end(kParts), part) == std::end(kParts))
+    return std::fprintf(stderr,
+                        "usage: measure_speed [--vector best|avx2|sse4] [unit|formats|brackets|sizes|lights]\n"),
+           2;
+  if (part == "unit") return std::printf("{\"figure\": \"unit\", \"vector\": \"%s\"}\n", vector_unit.c_str()), 0;
   const Result<std::string> path = sim::scene_path("city");
   if (!path) fail(path.status());
   Result<sim::Panorama> panorama = sim::load_panorama(*path);

@@ -1,0 +1,60 @@
+#include "bench/vector_unit.hpp"
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+#include <hwy/targets.h>
+
+namespace lightwell::bench {
+namespace {
+
+/// Restores what the processor has: other tests share the process.
+struct VectorUnit : testing::Test {
+  ~VectorUnit() override { hwy::DisableTargets(0); }
+};
+
+void expect_limited(const char* name, std::int64_t target) {
+  hwy::DisableTargets(0);
+  const std::int64_t before = hwy::SupportedTargets();
+  const Result<std::string> selected = select_vector_unit(name);
+  if ((before & target) == 0) {
+    EXPECT_FALSE(selected);
+    EXPECT_EQ(hwy::SupportedTargets(), before);
+    return;
+  }
+  ASSERT_TRUE(selected) << selected.status().message();
+  EXPECT_EQ(*selected, hwy::TargetName(target));
+  EXPECT_EQ(hwy::SupportedTargets() & (target - 1), 0) << "a better target is left";
+  EXPECT_NE(hwy::SupportedTargets() & target, 0);
+}
+
+TEST_F(VectorUnit, NothingBetterThanWhatIsNamedIsUsed) {
+  expect_limited("avx2", HWY_AVX2);
+  expect_limited("sse4", HWY_SSE4);
+}
+
+TEST_F(VectorUnit, BestIsAllThatTheProcessorHas) {
+  const std::int64_t before = hwy::SupportedTargets();
+  (void)select_vector_unit("sse4");
+  EXPECT_EQ(*select_vector_unit("best"), hwy::TargetName(hwy::SupportedAndGeneratedTargets().front()));
+  EXPECT_EQ(hwy::SupportedTargets(), before);
+}
+
+TEST_F(VectorUnit, AnUnknownNameIsRefused) {
+  EXPECT_FALSE(select_vector_unit("mmx"));
+  EXPECT_FALSE(select_vector_unit(""));
+}
+
+TEST_F(VectorUnit, TheOptionIsTakenOutOfTheArguments) {
+  char program[] = "p", option[] = "--vector", name[] = "best", part[] = "sizes";
+  char* argv[] = {program, option, name, part};
+  int argc = 4;
+  EXPECT_TRUE(take_vector_option(argc, argv));
+  EXPECT_EQ(argc, 2);
+  EXPECT_STREQ(argv[1], "sizes");
+  char* without_name[] = {program, option};
+  argc = 2;
+  EXPECT_FALSE(take_vector_option(argc, without_name));
+}
+
+}  // namespace
+}  // namespace lightwell::bench

@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""What tests/figures says of rows, and its exit status, with rows that hold, fall short, and are known to fall short."""
+
+import contextlib
+import importlib.machinery
+import importlib.util
+import io
+import pathlib
+import sys
+import types
+import unittest
+from unittest import mock
+
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(TESTS))
+from figure_topics.rows import at_most, known_short  # noqa: E402
+
+LOADER = importlib.machinery.SourceFileLoader("figures", str(TESTS / "figures"))
+figures = importlib.util.module_from_spec(importlib.util.spec_from_loader("figures", LOADER))
+LOADER.exec_module(figures)
+
+HOLDS, FALLS_SHORT = at_most("quick", 2, 1.0, "x", ""), at_most("slow", 2, 3.0, "x", "")
+NOT_MEASURED = at_most("lost", 2, None, "x", "")
+KNOWN = known_short(FALLS_SHORT, "until a better day")
+
+
+def run(*rows):
+    """Exit status and what is printed where a topic's rows are these."""
+    printed = io.StringIO()
+    topic = types.SimpleNamespace(measure=lambda folder, say: list(rows))
+    with mock.patch.object(figures, "build"), mock.patch.object(sys, "argv", ["figures", "panorama"]), \
+            mock.patch.object(figures.importlib, "import_module", return_value=topic), \
+            contextlib.redirect_stdout(printed):
+        return figures.main(), printed.getvalue()
+
+
+class Figures(unittest.TestCase):
+    def test_a_row_that_falls_short_fails_the_topic(self):
+        self.assertEqual(run(HOLDS)[0], 0)
+        self.assertEqual(run(HOLDS, FALLS_SHORT)[0], 1)
+        self.assertEqual(run()[0], 1)
+
+    def test_a_row_known_to_fall_short_is_named_with_its_reason_and_does_not_hold(self):
+        status, printed = run(HOLDS, KNOWN)
+        self.assertEqual(status, 0)
+        self.assertIn("known short  slow", printed)
+        self.assertIn("until a better day", printed)
+        self.assertIn("1 of 2 figures hold", printed)
+        self.assertFalse(KNOWN["holds"])
+
+    def test_it_excuses_no_other_row(self):
+        self.assertEqual(run(HOLDS, KNOWN, FALLS_SHORT)[0], 1)
+        self.assertEqual(run(KNOWN)[0], 1)
+
+    def test_a_row_that_was_not_measured_is_not_excused(self):
+        self.assertEqual(run(HOLDS, known_short(NOT_MEASURED, "until a better day"))[0], 1)
+
+    def test_a_marked_row_that_holds_says_that_the_mark_can_go(self):
+        status, printed = run(known_short(HOLDS, "until a better day"))
+        self.assertEqual(status, 0)
+        self.assertIn("yes, unmark  quick", printed)
+        self.assertIn("take their mark away", printed)
+
+
+if __name__ == "__main__":
+    unittest.main()
