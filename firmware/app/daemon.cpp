@@ -66,6 +66,12 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
                 "marker: this lightwelld was built without the marker estimator; build it again with "
                 "LIGHTWELL_WITHOUT empty, or leave `marker` out");
 #else
+  // A budget is kept by going to a cheaper setting.
+  if (config.budget_ms > 0 && settings_of(EstimatorKind::marker).size() < 2)
+    return Status(StatusCode::invalid_argument,
+                  "budget_ms: the marker estimator has no cheaper setting to keep a budget with; leave budget_ms "
+                  "(--budget-ms) out, and set estimator.marker.decimation (2 saves a tenth of the time) or "
+                  "estimator.marker.max_faces");
   const Result<MarkerBody> body = load_marker_body(config.marker->body);
   if (!body) return body.status();
   Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, *body);

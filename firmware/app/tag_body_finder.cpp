@@ -14,6 +14,12 @@ class TagBodyFinder final : public BodyFinder {
   TagBodyFinder(RigParameters rig, MarkerBody body, BodyTrackerOptions options, BodyTracker tracker)
       : rig_(std::move(rig)), body_(std::move(body)), options_(std::move(options)), tracker_(std::move(tracker)) {}
 
+  void set_decimation(const FinderDecimation& decimation) override {
+    options_.search_decimate = decimation.searched;
+    options_.decimate = decimation.followed;
+    tracker_.set_decimation(decimation.searched, decimation.followed);
+  }
+
   Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
     if (view.lens < 0 || static_cast<std::size_t>(view.lens) >= rig_.lenses.size())
       return Status(StatusCode::invalid_argument,

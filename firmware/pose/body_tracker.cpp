@@ -82,6 +82,11 @@ Result<BodyTracker> BodyTracker::make(const MarkerBody& body, const RigParameter
                                       BodyMotion(options.motion), std::vector<bool>(rig.lenses.size(), false)}));
 }
 
+void BodyTracker::set_decimation(double search_decimate, double decimate) {
+  inside_->options.search_decimate = search_decimate;
+  inside_->options.decimate = decimate;
+}
+
 void BodyTracker::reset() {
   inside_->motion.forget();
   inside_->seen.assign(inside_->seen.size(), false);

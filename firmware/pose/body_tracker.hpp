@@ -67,6 +67,8 @@ class BodyTracker {
   /// invalid_argument: a picture that does not validate or is not of the lens's size, a lens that the rig does not
   /// have.
   [[nodiscard]] Result<BodySighting> track(const GreyPicture& picture, ProbeTime mid_exposure, int lens = 0);
+  /// As the options of these names, in their ranges; what is followed stays so.
+  void set_decimation(double search_decimate, double decimate);
   /// Nothing is expected any more.
   void reset();
 

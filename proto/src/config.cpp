@@ -113,9 +113,9 @@ std::vector<std::string> option_names(EstimatorKind kind) {
 }
 
 std::span<const Setting> settings_of(EstimatorKind kind) {
-  // From fast to balanced a marker's pictures are decimated less; there is nothing that it leaves out then.
+  // A marker's options do not hang together as one setting.
   const std::span<const Setting> all(kSettings);
-  return kind == EstimatorKind::marker ? all.first(2) : all;
+  return kind == EstimatorKind::marker ? all.subspan(1, 1) : all;
 }
 
 EstimatorConfig at_setting(EstimatorConfig config) {

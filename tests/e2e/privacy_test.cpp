@@ -106,7 +106,7 @@ TEST_F(Privacy, NoPieceOfAPictureIsOnTheWire) {
 
 TEST_F(Privacy, AMapThatTheOwnerTurnsOnIsCoarseAndHasNoPieceOfAPictureEither) {
   const std::string config = folder_.path("map.textproto");
-  std::ofstream(config) << "estimator { environment_edge: 64 }\n";
+  std::ofstream(config) << "estimator { panorama { environment_edge: 64 } }\n";
   const Watched watched = watch({"--config", config});
   EXPECT_GT(watched.maps, 0U);
   EXPECT_EQ(pieces_of_pictures(watched), 0U);

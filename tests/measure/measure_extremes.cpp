@@ -127,7 +127,7 @@ void closing() {
         char row[120];
         std::snprintf(row, sizeof row, "two_lights.%s_%s.%s%s", second < 1 ? "unlike" : "alike",
                       format == PixelFormat::rgb8 ? "rgb8" : "ideal", std::string(to_string(config.setting)).c_str(),
-                      config.epsilon > 0 ? "" : "_all");
+                      config.panorama.epsilon > 0 ? "" : "_all");
         if (!asked(row)) continue;
         const TwoLightsRow r = two_lights(config, format, second);
         print(row, r.worst_energy, r.tally,

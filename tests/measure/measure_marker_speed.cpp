@@ -38,6 +38,7 @@ constexpr int kFrames = 30, kRuns = 5;
 class TimedFinder final : public BodyFinder {
  public:
   TimedFinder(std::unique_ptr<BodyFinder> finder, double& spent) : finder_(std::move(finder)), spent_(spent) {}
+  void set_decimation(const FinderDecimation& decimation) override { finder_->set_decimation(decimation); }
   Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
     const double begin = bench::thread_time_ms();
     auto found = finder_->find(view, info);

@@ -65,7 +65,6 @@ constexpr std::int64_t kFrameNs = 33'333'333;
 
 struct Case {
   std::string what, knob;
-  BodyTrackerOptions tracker;
   MarkerOptions marker;
 };
 
@@ -79,20 +78,20 @@ std::string short_number(double v) {
 std::vector<Case> all_cases() {
   std::vector<Case> out;
   const auto add = [&](const std::string& what, const std::string& knob) -> Case& {
-    out.push_back({what, knob, {}, {}});
+    out.push_back({what, knob, {}});
     return out.back();
   };
   add("default", "setting");
   for (const double by : {1.0, 1.5, 2.0, 3.0, 4.0})
-    add("followed / " + short_number(by), "decimation").tracker.decimate = by;
+    add("followed / " + short_number(by), "decimation").marker.config.marker.decimation = by;
   for (const double by : {1.0, 1.5, 2.0, 3.0})
-    add("searched / " + short_number(by), "search").tracker.search_decimate = by;
+    add("searched / " + short_number(by), "search").marker.config.marker.search_decimation = by;
   for (const int faces : {1, 2, 3, 4, 0})
     add(faces == 0   ? "all faces"
         : faces == 1 ? "1 face"
                      : std::to_string(faces) + " faces",
         "faces")
-        .marker.sampler.most_faces = faces;
+        .marker.config.marker.max_faces = faces;
   for (const int lamps : {0, 1, 2, 3})
     add(lamps == 1 ? "1 lamp" : std::to_string(lamps) + " lamps", "order").marker.config.max_lights = lamps;
   // Where nothing is up, the body stands on nothing.
@@ -165,7 +164,7 @@ void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& a
 class Stream {
  public:
   Stream(const Case& of, const MarkerBody& body, const RigParameters& rig) : what_(of.what) {
-    Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, body, of.tracker);
+    Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, body);
     if (!finder) fail(what_ + ": " + finder.status().message());
     auto estimator = make_marker_estimator(rig, body, std::move(*finder), of.marker);
     if (!estimator) fail(what_ + ": " + estimator.status().message());

@@ -168,6 +168,65 @@ TEST(Config, AFieldThatThereIsNotIsRefusedWithTheNearest) {
   EXPECT_EQ(update, EstimatorUpdate{}) << "and nothing changed";
 }
 
+TEST(Config, WhatAnEstimatorAloneHasStandsInItsOwnMessage) {
+  const auto c = parse_config(
+      "camera { uri: \"x:\" } estimator { band: 3 panorama { epsilon: 0.02 unseen: UNSEEN_FILL_MIRROR } }", "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->estimator.band, 3);
+  EXPECT_EQ(c->estimator.panorama.epsilon, 0.02);
+  EXPECT_EQ(c->estimator.panorama.unseen, UnseenFill::mirror);
+  EXPECT_TRUE(c->warnings.empty());
+  const auto m = parse_config(
+      "camera { uri: \"x:\" } marker { body: \"b\" } estimator { marker { decimation: 2 max_faces: 3 } }", "x");
+  ASSERT_TRUE(m.ok()) << m.status().message();
+  EXPECT_EQ(m->estimator.marker.decimation, 2);
+  EXPECT_EQ(m->estimator.marker.max_faces, 3);
+}
+
+TEST(Config, DeprecatedFieldsMeanThePanoramasAndWarn) {
+  const std::string old =
+      "camera { uri: \"x:\" } estimator { light_threshold: 9 epsilon: 0.03 radiance_epsilon: 0.1 unseen: "
+      "UNSEEN_FILL_AVERAGE smoothing: SMOOTHING_NONE environment_edge: 16 environment_rate: 2 ";
+  const auto c = parse_config(old + "}", "probe.textproto");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  const PanoramaEstimatorConfig meant{9, 0.03, 0.1, UnseenFill::average, Smoothing::none, 16, 2};
+  EXPECT_EQ(c->estimator.panorama, meant);
+  ASSERT_EQ(c->warnings.size(), 7U);
+  EXPECT_EQ(c->warnings[1],
+            "probe.textproto: estimator.epsilon is deprecated: write estimator { panorama { epsilon } }");
+  EXPECT_EQ(parse_config(old + "panorama { epsilon: 0.04 } }", "x")->estimator.panorama.epsilon, 0.04)
+      << "the new spelling has precedence";
+}
+
+TEST(Config, DeprecatedFieldsDoNothingForAMarkerAndSaySo) {
+  const std::string text = "camera { uri: \"x:\" } estimator { epsilon: 0.03 }";
+  const auto c = parse_config(text, "x", {}, EstimatorKind::marker);
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->estimator, EstimatorConfig{});
+  ASSERT_EQ(c->warnings.size(), 1U);
+  EXPECT_NE(c->warnings[0].find("estimator.epsilon does nothing"), std::string::npos) << c->warnings[0];
+}
+
+TEST(Config, AnOptionOfAnotherEstimatorIsRefusedByName) {
+  const std::string marker =
+      refusal("camera { uri: \"x:\" } marker { body: \"b\" } estimator { panorama { environment_edge: 16 } }");
+  EXPECT_NE(marker.find("estimator.panorama.environment_edge: the marker estimator"), std::string::npos) << marker;
+  EXPECT_NE(marker.find("--estimator panorama"), std::string::npos) << marker;
+  const std::string panorama = refusal("camera { uri: \"x:\" } estimator { marker { max_faces: 2 } }");
+  EXPECT_NE(panorama.find("estimator.marker.max_faces: the panorama estimator"), std::string::npos) << panorama;
+  EXPECT_NE(refusal("camera { uri: \"x:\" } marker { body: \"b\" } estimator { setting: SETTING_FAST }")
+                .find("estimator.setting: the marker estimator has no setting fast"),
+            std::string::npos);
+  EXPECT_TRUE(EstimatorConfig{}.validate(EstimatorKind::marker).ok()) << "defaults ask for nothing";
+}
+
+TEST(Config, AnEstimatorAnswersWhichOptionsItHas) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(option_names(EstimatorKind::marker), (Names{"band", "max_lights", "setting", "marker.decimation",
+                                                        "marker.search_decimation", "marker.max_faces"}));
+  EXPECT_EQ(option_names(EstimatorKind::panorama).size(), 10U);
+}
+
 TEST(Config, TellsWhichMarkerIsLookedAt) {
   EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->marker.has_value())
       << "a panorama, unless a marker is named";

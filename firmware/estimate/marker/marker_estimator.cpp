@@ -53,6 +53,7 @@ class Marker final : public MarkerEstimator {
         calibration_id_(calibration_identity(rig)) {
     if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
     for (const LensParameters& lens : rig_.lenses) models_.emplace_back(lens);
+    apply_options();
   }
 
   Status estimate(std::span<const Frame> bracket, Descriptor& out) override;
@@ -61,6 +62,7 @@ class Marker final : public MarkerEstimator {
   Status configure(const EstimatorConfig& config) override {
     if (Status s = config.validate(kind()); !s.ok()) return s;
     options_.config = config;
+    apply_options();
     return {};
   }
   void set_scale(RadianceScale scale) override {
@@ -71,6 +73,10 @@ class Marker final : public MarkerEstimator {
   const MarkerReport& report() const override { return report_; }
 
  private:
+  void apply_options() {
+    finder_->set_decimation({options_.config.marker.search_decimation, options_.config.marker.decimation});
+    sampler_.set_max_faces(options_.config.marker.max_faces);
+  }
   /// Finds the body in one of the bracket's pictures; the lens that sees it.
   [[nodiscard]] Result<int> find(std::span<const Frame> bracket);
   void doubt_hidden();
@@ -215,7 +221,7 @@ void Marker::tell(Descriptor& out) {
                                 rounded(lamp.direction_covariance[2])};
     out.lights.push_back(one);
   }
-  tracker_.assign(out.lights);
+  tracker_.assign(out.lights, out.time.mid_exposure);
   int faces = static_cast<int>(body_.faces.size());
   if (body_.ball) faces = 1;
   out.coverage = rounded(body_.ball ? 0.5 : std::min(1.0, static_cast<double>(counts.faces) / std::max(1, faces)));

@@ -54,6 +54,8 @@ class MarkerSampler {
  public:
   MarkerSampler(int widest, const SamplerOptions& options);
 
+  /// As SamplerOptions::most_faces.
+  void set_max_faces(int most) { options_.most_faces = most; }
   /// Fills `out`. `channels`: 1 where the camera is grey.
   SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
                       const PlacedBody& placed, double scale, int channels, Shading& out);

@@ -163,9 +163,6 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   for (auto& c : seen_.projection.c)
     for (double& v : c) v *= scale_.factor;
   for (Light& light : seen_.lights) light.irradiance = light.irradiance * factor;
-  tracker_.assign(seen_.lights);
-  find_clipped();
-
   const FrameInfo& first = bracket.front().info;
   const FrameInfo& last = bracket.back().info;
   // Of the capture, not of the frame: a bracket is one, and no gap follows it.
@@ -174,6 +171,9 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   out.time.delivered_after = last.delivered - out.time.mid_exposure;
   out.time.encoded_after = out.time.delivered_after;
   out.units = scale_.units;
+
+  tracker_.assign(seen_.lights, out.time.mid_exposure);
+  find_clipped();
 
   // Independent noise of pixels reaches the irradiance through the mean square of a clipped cosine, 1/6.
   const double noise_rms = std::sqrt(stage_->sums().noise / 6) * scale_.factor;

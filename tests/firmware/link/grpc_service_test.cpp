@@ -225,6 +225,28 @@ TEST_F(GrpcServiceTest, SetConfigRefusesWhatIsImpossible) {
   refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_light_threshold(std::nan("")); }, "light_threshold");
 }
 
+TEST_F(GrpcServiceTest, SetConfigRefusesWhatTheEstimatorLacksAndWarnsOfDeprecatedFields) {
+  commands_.kind_ = EstimatorKind::marker;
+  v1::SetConfigRequest request;
+  request.mutable_config()->mutable_estimator()->mutable_panorama()->set_epsilon(0.02);
+  const grpc::Status refused = set(request);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(refused.error_message(), HasSubstr("estimator.panorama.epsilon"));
+  // SetConfigRequest { config { estimator { 7: 2 } } }: `unseen` as clients wrote it before.
+  const std::string old("\x0a\x04\x22\x02\x38\x02", 6);
+  for (const EstimatorKind kind : {EstimatorKind::marker, EstimatorKind::panorama}) {
+    commands_.kind_ = kind;
+    const Reply reply = call(channel_, kService + "SetConfig", old);
+    ASSERT_TRUE(reply.status.ok()) << reply.status.error_message();
+    v1::SetConfigResponse response;
+    ASSERT_TRUE(response.ParseFromString(reply.bytes));
+    ASSERT_EQ(response.warnings_size(), 1);
+    EXPECT_THAT(response.warnings(0), HasSubstr("estimator.unseen"));
+    EXPECT_EQ(commands_.estimator().panorama.unseen,
+              kind == EstimatorKind::marker ? UnseenFill::none : UnseenFill::mirror);
+  }
+}
+
 TEST_F(GrpcServiceTest, ReportLuxHandsOnAUnitNormal) {
   ASSERT_TRUE(report(250, 0, 3, 0).ok());
   EXPECT_EQ(scale_, 500);
