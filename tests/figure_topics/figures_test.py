@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What tests/figures says of rows, and its exit status, with rows that hold, fall short, and are known to fall short."""
+"""What tests/figures says of rows, and its exit status, with rows that hold, fall short, and are known to fall
+short."""
 
 import contextlib
 import importlib.machinery

@@ -106,7 +106,8 @@ def percent(value):
 
 
 def vector_units(programs):
-    """The argument of --vector by the unit that it selects here, the best first: what this machine lacks is not in it."""
+    """The argument of --vector by the unit that it selects here, the best first: what this machine lacks is not in
+    it."""
     units = {}
     for vector in VECTORS:
         for item in programs.run("measure_speed", "--vector", vector, "unit"):

@@ -171,8 +171,8 @@ typedef struct lw_probe_info {
   uint64_t authentication_failures; /* Calls without a token or certificate that is good. */
   int32_t mounted;                  /* 1: the probe knows where in its room it hangs. 0: what follows is zero. */
   int32_t reserved;
-  double position[3];    /* T_world_probe, m, */
-  double orientation[4]; /* and x, y, z, w. */
+  double position[3];          /* T_world_probe, m, */
+  double orientation[4];       /* and x, y, z, w. */
   uint64_t client_list_faults; /* How often the probe's file of clients was changed into one with a mistake. */
 } lw_probe_info;
 
