@@ -1,0 +1,410 @@
+#!/usr/bin/env python3
+"""A second reader of Lightwell's LightingDescriptor, wire version 1, written from the prose of proto/README.md alone.
+
+An oracle of tests: slow, obvious, and independent of protobuf, of the .proto files and of the library's codec.
+
+    decode(message)              bytes -> dict, or WireError
+    irradiance(decoded, normal)  dict and unit vector -> [r, g, b]
+    wire_decoder.py < lines      a message in hex a line -> a JSON object a line
+"""
+
+import json
+import math
+import struct
+import sys
+
+MESSAGE_BYTES = 64 * 1024
+HIGHEST_BAND = 6
+COEFFICIENTS = (HIGHEST_BAND + 1) ** 2
+MANTISSA = 8191
+COVARIANCE_MANTISSA = 63
+LOWEST_EXPONENT, HIGHEST_EXPONENT = -150, 100
+LIGHTS, LEVELS, TEXELS = 64, 8, 8192
+EDGES = (8, 16, 32, 64)
+WIRE_VERSION, CLOCK_PROBE_MONOTONIC, RGB9E5 = 1, 1, 1
+KNOWN_UNITS = (1, 2)
+KNOWN_SETTINGS = KNOWN_FLICKERS = (0, 1, 2, 3)
+INFINITE_BOUND = 4294967295
+
+VARINT, EIGHT_BYTES, LENGTH, GROUP_BEGINS, GROUP_ENDS, FOUR_BYTES = range(6)
+
+# Of each message: number -> (name, type, whether repeated). A type that is a key of this table is a message.
+SCHEMA = {
+    "LightingDescriptor": {
+        1: ("wire_version", "uint32", False), 2: ("sequence", "uint64", False), 3: ("time", "CaptureTime", False),
+        4: ("units", "enum", False), 5: ("radiance", "SphericalHarmonics", False), 6: ("lights", "Light", True),
+        7: ("environment", "EnvironmentMap", False), 8: ("unseen", "float", False), 9: ("saturated", "float", False),
+        10: ("bound", "ErrorBound", False), 11: ("probe_id", "fixed32", False),
+        12: ("calibration_id", "fixed32", False), 13: ("flags", "enum", True), 14: ("setting", "enum", False),
+        15: ("flicker", "enum", False)},
+    "CaptureTime": {
+        1: ("mid_exposure_ns", "fixed64", False), 2: ("clock", "enum", False),
+        3: ("delivered_after_us", "uint32", False), 4: ("encoded_after_us", "uint32", False)},
+    "SphericalHarmonics": {
+        1: ("bands", "uint32", False), 2: ("exponent", "sint32", False), 3: ("mantissa", "sint32", True)},
+    "Light": {
+        1: ("direction", "sint32", True), 2: ("irradiance_mantissa", "sint32", True),
+        3: ("irradiance_exponent", "sint32", False), 4: ("angular_radius_e5", "uint32", False),
+        5: ("covariance_mantissa", "sint32", True), 6: ("track", "uint32", False),
+        7: ("covariance_exponent", "sint32", False)},
+    "EnvironmentMap": {
+        1: ("key", "fixed32", False), 2: ("encoding", "enum", False), 3: ("levels", "Level", True),
+        4: ("exponent", "sint32", False), 5: ("key_interval_ms", "uint32", False), 6: ("texels", "bytes", False),
+        7: ("runs", "uint32", True)},
+    "Level": {1: ("edge", "uint32", False), 2: ("roughness", "float", False)},
+    "ErrorBound": {
+        1: ("total", "uint32", False), 2: ("truncation", "uint32", False), 3: ("sampling", "uint32", False),
+        4: ("noise", "uint32", False), 5: ("quantization", "uint32", False), 6: ("smoothing", "uint32", False)},
+}
+
+WIRE_TYPES = {"uint32": VARINT, "uint64": VARINT, "enum": VARINT, "sint32": VARINT, "fixed64": EIGHT_BYTES,
+              "fixed32": FOUR_BYTES, "float": FOUR_BYTES, "bytes": LENGTH, **{name: LENGTH for name in SCHEMA}}
+
+
+class WireError(ValueError):
+    """The message is refused; the text says why."""
+
+
+def _require(holds, why):
+    """Refuses the message with the text `why` where `holds` is false; NaN compares false, so it is refused."""
+    if not holds:
+        raise WireError(why)
+
+
+# ---------------------------------------------------------------------------------------------------------- bytes
+
+def _varint(data, at, longest=10):
+    """The varint at `at`, with all of its up to 7 * longest bits, and the position behind it."""
+    value = 0
+    for index in range(longest):
+        _require(at + index < len(data), "ends within a varint")
+        byte = data[at + index]
+        value |= (byte & 0x7F) << (7 * index)
+        if byte < 0x80:
+            return value, at + index + 1
+    raise WireError(f"a varint of more than {longest} bytes")
+
+
+def _tag(data, at):
+    """Field number, wire type and the position behind the tag. Of a tag of more than 32 bits the lowest 32 count."""
+    tag, at = _varint(data, at, longest=5)
+    tag &= 0xFFFFFFFF
+    number, wire_type = tag >> 3, tag & 7
+    _require(number != 0, "a field with the number 0")
+    _require(wire_type <= FOUR_BYTES, f"wire type {wire_type}")
+    return number, wire_type, at
+
+
+def _piece(data, at, size):
+    """`size` bytes at `at`, and the position behind them."""
+    _require(size <= len(data) - at, "ends within a field")
+    return data[at:at + size], at + size
+
+
+def _payload(data, at, number, wire_type):
+    """What follows a tag: an int for varints, bytes for types 1, 2 and 5, None for groups; and the position behind."""
+    if wire_type == VARINT:
+        return _varint(data, at)
+    if wire_type == EIGHT_BYTES:
+        return _piece(data, at, 8)
+    if wire_type == FOUR_BYTES:
+        return _piece(data, at, 4)
+    if wire_type == LENGTH:
+        size, at = _varint(data, at)
+        return _piece(data, at, size)
+    _require(wire_type == GROUP_BEGINS, "the end of a group that did not begin")
+    open_groups = [number]  # a list instead of recursion: groups may be nested thousands deep in 64 KiB
+    while open_groups:
+        number, wire_type, at = _tag(data, at)
+        if wire_type == GROUP_BEGINS:
+            open_groups.append(number)
+        elif wire_type == GROUP_ENDS:
+            _require(open_groups.pop() == number, "the end of another group than the innermost")
+        else:
+            _, at = _payload(data, at, number, wire_type)
+    return None, at
+
+
+def _from_varint(kind, raw):
+    """The value of a varint's bits: the lowest 64 or 32; enums are signed, as protobuf's int32; sint32 is zigzag."""
+    if kind == "uint64":
+        return raw & 0xFFFFFFFFFFFFFFFF
+    raw &= 0xFFFFFFFF
+    if kind == "enum":
+        return raw - 0x100000000 if raw >= 0x80000000 else raw
+    if kind == "sint32":
+        return raw // 2 if raw % 2 == 0 else -((raw + 1) // 2)
+    return raw
+
+
+def _single(kind, payload):
+    """The value of one number or of bytes, from what _payload() gave."""
+    if WIRE_TYPES[kind] == VARINT:
+        return _from_varint(kind, payload)
+    if kind == "float":
+        return struct.unpack("<f", payload)[0]
+    return payload if kind == "bytes" else int.from_bytes(payload, "little")
+
+
+def _empty(message_type):
+    """The message of which every field is absent. A single message that is absent is None."""
+    fields = {}
+    for name, kind, repeated in SCHEMA[message_type].values():
+        fields[name] = [] if repeated else None if kind in SCHEMA else b"" if kind == "bytes" else 0
+    return fields
+
+
+def _parse(data, message_type, into=None):
+    """The fields of one message, by name; merged into `into` where that is given."""
+    fields = _empty(message_type) if into is None else into
+    at = 0
+    while at < len(data):
+        number, wire_type, at = _tag(data, at)
+        payload, at = _payload(data, at, number, wire_type)
+        if number not in SCHEMA[message_type]:
+            continue
+        name, kind, repeated = SCHEMA[message_type][number]
+        if repeated and wire_type == LENGTH and WIRE_TYPES[kind] == VARINT:  # every repeated number here is a varint
+            behind = 0
+            while behind < len(payload):
+                raw, behind = _varint(payload, behind)
+                fields[name].append(_from_varint(kind, raw))
+        elif wire_type != WIRE_TYPES[kind]:
+            continue
+        elif kind in SCHEMA:
+            if repeated:
+                fields[name].append(_parse(payload, kind))
+            else:
+                fields[name] = _parse(payload, kind, fields[name])
+        elif repeated:
+            fields[name].append(_single(kind, payload))
+        else:
+            fields[name] = _single(kind, payload)
+    return fields
+
+
+# --------------------------------------------------------------------------------------------------------- values
+
+def _exponent(value, of):
+    _require(LOWEST_EXPONENT <= value <= HIGHEST_EXPONENT, f"exponent {value} of {of}")
+    return value
+
+
+def _mantissas(values, lengths, largest, of):
+    _require(len(values) in lengths, f"{len(values)} numbers of {of}")
+    _require(all(abs(value) <= largest for value in values), f"a mantissa of {of} above {largest}")
+    return values
+
+
+def _harmonics(fields):
+    """49 triples of red, green, blue, function l(l+1)+m at that index; zero where not sent."""
+    bands = fields["bands"]
+    _require(bands < 1 << (HIGHEST_BAND + 1), f"bands {bands:#x}")
+    held = [band for band in range(HIGHEST_BAND + 1) if bands >> band & 1]
+    exponent = _exponent(fields["exponent"], "radiance")
+    mantissa = _mantissas(fields["mantissa"], [3 * sum(2 * band + 1 for band in held)], MANTISSA, "radiance")
+    result = [[0.0, 0.0, 0.0] for _ in range(COEFFICIENTS)]
+    position = 0
+    for band in held:
+        for index in range(band * band, (band + 1) ** 2):
+            result[index] = [math.ldexp(value, exponent) for value in mantissa[position:position + 3]]
+            position += 3
+    return result
+
+
+def _light(fields):
+    """direction: unit vector towards the light; irradiance [r, g, b]; angular radius in rad; covariance in rad²."""
+    direction = fields["direction"]
+    _require(len(direction) == 3, f"{len(direction)} numbers of a light's direction")
+    _require(any(direction), "a light without a direction")
+    length = math.hypot(*direction)
+    mantissa = _mantissas(fields["irradiance_mantissa"], [3], MANTISSA, "a light's irradiance")
+    exponent = _exponent(fields["irradiance_exponent"], "a light's irradiance")
+    radius = fields["angular_radius_e5"]
+    _require(radius <= math.floor(math.pi / 2 * 1e5) + 2, f"angular radius {radius}e-5 rad")
+    doubt = _mantissas(fields["covariance_mantissa"], [0, 1, 3], COVARIANCE_MANTISSA, "a light's covariance")
+    doubt_exponent = _exponent(fields["covariance_exponent"], "a light's covariance")
+    uu, uv, vv = {0: lambda: [0, 0, 0], 1: lambda: [doubt[0], 0, doubt[0]], 3: lambda: doubt}[len(doubt)]()
+    return {"direction": [value / length for value in direction],
+            "irradiance": [math.ldexp(value, exponent) for value in mantissa],
+            "angular_radius_rad": min(radius / 1e5, math.pi / 2),
+            "covariance": [math.ldexp(value, doubt_exponent) for value in (uu, uv, vv)],
+            "track": fields["track"]}
+
+
+def crc32c(data):
+    """CRC-32C (Castagnoli): polynomial 0x1EDC6F41, reflected, begins with and ends by exclusive or of all ones."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+    return crc ^ 0xFFFFFFFF
+
+
+def map_key(exponent, levels, texels):
+    """The key of a whole map. levels: pairs of edge and roughness; texels: their bytes as sent."""
+    content = struct.pack("<i", exponent)
+    for edge, roughness in levels:
+        content += struct.pack("<If", edge, roughness)
+    return crc32c(content + texels) or 1
+
+
+def _texels(data, exponent):
+    """[r, g, b] of each four bytes RGB9E5, times 2^exponent."""
+    result = []
+    for (word,) in struct.iter_unpack("<I", data):
+        scale = (word >> 27) - 24 + exponent
+        result.append([math.ldexp(word >> shift & 0x1FF, scale) for shift in (0, 9, 18)])
+    return result
+
+
+def _environment(fields):
+    """A whole map (levels is not empty) or changes to one; see decode()."""
+    _require(fields["key"] != 0, "a map with the key 0")
+    _require(fields["encoding"] == RGB9E5, f"encoding {fields['encoding']} of texels")
+    exponent = _exponent(fields["exponent"], "a map")
+    levels = [[level["edge"], float(level["roughness"])] for level in fields["levels"]]
+    runs, texels = fields["runs"], fields["texels"]
+    if levels:
+        _require(len(levels) <= LEVELS, f"a map of {len(levels)} levels")
+        for edge, roughness in levels:
+            _require(edge in EDGES, f"a map's edge of {edge} texels")
+            _require(0 <= roughness <= 1, f"a map's roughness of {roughness}")
+        for (edge, roughness), (next_edge, next_roughness) in zip(levels, levels[1:]):
+            _require(next_edge <= edge, "a map whose edges grow")
+            _require(next_roughness > roughness, "a map whose roughness does not rise")
+        count = sum(edge * edge for edge, _ in levels)
+        _require(count <= TEXELS, f"a map of {count} texels")
+        _require(not runs, "a whole map with runs")
+        _require(len(texels) == 4 * count, f"{len(texels)} bytes for {count} texels")
+        _require(map_key(exponent, levels, texels) == fields["key"], "a whole map whose key is another")
+    else:
+        _require(exponent == 0, "changes to a map with an exponent")
+        _require(fields["key_interval_ms"] == 0, "changes to a map with an interval of keys")
+        _require(len(runs) % 2 == 0, "runs that are not in pairs")
+        _require(0 not in runs[1:], "a run of 0 that is not the first")
+        _require(sum(runs) <= TEXELS, f"runs that reach as far as {sum(runs)} texels")
+        _require(len(texels) == 4 * sum(runs[1::2]), f"{len(texels)} bytes for {sum(runs[1::2])} changed texels")
+    return {"key": fields["key"], "levels": levels, "exponent": exponent,
+            "key_interval_ms": fields["key_interval_ms"], "texels": _texels(texels, exponent), "runs": runs}
+
+
+def decode(message):
+    """What a LightingDescriptor says, or WireError.
+
+    sequence, mid_exposure_ns, delivered_after_us, encoded_after_us, probe_id, calibration_id: int
+    units, setting, flicker: int, the enum's number; an unknown setting or flicker is 0
+    flags: list of int, as they came
+    radiance: 49 x [r, g, b], coefficient of function l(l+1)+m at that index; zero where not sent
+    lights: list of dict: direction [x, y, z] (unit, towards the light), irradiance [r, g, b], angular_radius_rad (0 to
+        pi/2), covariance [uu, uv, vv] (rad²), track (0 is none)
+    environment: None or dict: key, levels [[edge, roughness], ...], exponent, key_interval_ms, texels [[r, g, b], ...]
+        (of a whole map radiance; of changes without the factor 2^exponent of their whole map), runs
+    unseen, saturated: float, shares of 0 to 1
+    bound: dict of float, relative (0.01 is 1 %), math.inf where infinite
+    """
+    _require(len(message) <= MESSAGE_BYTES, f"a message of {len(message)} bytes")
+    fields = _parse(bytes(message), "LightingDescriptor")
+    _require(fields["wire_version"] == WIRE_VERSION, f"wire version {fields['wire_version']}")
+    time = fields["time"] or _empty("CaptureTime")
+    _require(time["clock"] == CLOCK_PROBE_MONOTONIC, f"clock {time['clock']}")
+    _require(fields["units"] in KNOWN_UNITS, f"units {fields['units']}")
+    _require(len(fields["lights"]) <= LIGHTS, f"{len(fields['lights'])} lights")
+    for share in ("unseen", "saturated"):
+        _require(0 <= fields[share] <= 1, f"{share} of {fields[share]}")
+    bound = fields["bound"] or _empty("ErrorBound")
+    environment = fields["environment"]
+    return {
+        "sequence": fields["sequence"], "mid_exposure_ns": time["mid_exposure_ns"],
+        "delivered_after_us": time["delivered_after_us"], "encoded_after_us": time["encoded_after_us"],
+        "probe_id": fields["probe_id"], "calibration_id": fields["calibration_id"], "units": fields["units"],
+        "setting": fields["setting"] if fields["setting"] in KNOWN_SETTINGS else 0,
+        "flicker": fields["flicker"] if fields["flicker"] in KNOWN_FLICKERS else 0,
+        "flags": fields["flags"],
+        "radiance": _harmonics(fields["radiance"] or _empty("SphericalHarmonics")),
+        "lights": [_light(light) for light in fields["lights"]],
+        "environment": None if environment is None else _environment(environment),
+        "unseen": float(fields["unseen"]), "saturated": float(fields["saturated"]),
+        "bound": {part: math.inf if value == INFINITE_BOUND else value / 1e6 for part, value in bound.items()}}
+
+
+# ----------------------------------------------------------------------------------------------------- irradiance
+
+def _legendre_over_sine(degree, order, z):
+    """P_l^m(z) / (1 - z²)^(m/2) without the Condon-Shortley phase: a polynomial in z, by the usual recurrences."""
+    before, here = 0.0, 1.0
+    for odd in range(1, 2 * order, 2):
+        here *= odd  # (2m-1)!!, at l = m
+    for l in range(order + 1, degree + 1):
+        before, here = here, ((2 * l - 1) * z * here - (l + order - 1) * before) / (l - order)
+    return here
+
+
+def harmonic(degree, order, direction):
+    """Y_lm at a unit direction: real, orthonormal, no Condon-Shortley phase, the polar axis +Z, the azimuth from +X."""
+    x, y, z = direction
+    m = abs(order)
+    scale = math.sqrt((2 * degree + 1) / (4 * math.pi) * math.factorial(degree - m) / math.factorial(degree + m))
+    turned = complex(x, y) ** m  # sin^m(theta) (cos(m phi) + i sin(m phi))
+    around = 1.0 if m == 0 else math.sqrt(2) * (turned.real if order > 0 else turned.imag)
+    return scale * _legendre_over_sine(degree, m, z) * around
+
+
+def _within_one(value):
+    return max(-1.0, min(1.0, value))
+
+
+def clipped_cosine(cosine, radius):
+    """The factor of a light's irradiance: a uniform cap of that radius (rad), clipped at the horizon (Snyder 1996)."""
+    w = math.acos(_within_one(cosine))
+    if w + radius <= math.pi / 2:
+        return cosine
+    if w - radius >= math.pi / 2:
+        return 0.0
+    sin_rho, cos_rho, sin_w = math.sin(radius), math.cos(radius), math.sin(w)
+    g = math.asin(_within_one(cos_rho / sin_w))
+    cos_g = math.cos(g)
+    large_g = -2 * sin_w * cos_rho * cos_g + math.pi / 2 - g + math.sin(g) * cos_g
+    large_h = cosine * (cos_g * math.sqrt(max(0.0, sin_rho ** 2 - cos_g ** 2))
+                        + sin_rho ** 2 * math.asin(_within_one(cos_g / sin_rho)))
+    if w < math.pi / 2:
+        return cosine + (large_g - large_h) / (math.pi * sin_rho ** 2)
+    return (large_g + large_h) / (math.pi * sin_rho ** 2)
+
+
+# A_l, the factor of band l between radiance and irradiance, which is not divided by pi.
+COSINE_LOBE = [math.pi, 2 * math.pi / 3, math.pi / 4, 0.0, -math.pi / 24, 0.0, math.pi / 64]
+
+
+def irradiance(decoded, normal):
+    """[r, g, b] at a unit normal: of the harmonics, which may be negative, and of the lights."""
+    result = [0.0, 0.0, 0.0]
+    for band in range(HIGHEST_BAND + 1):
+        for order in range(-band, band + 1):
+            weight = COSINE_LOBE[band] * harmonic(band, order, normal)
+            for channel, coefficient in enumerate(decoded["radiance"][band * (band + 1) + order]):
+                result[channel] += weight * coefficient
+    for light in decoded["lights"]:
+        cosine = sum(a * b for a, b in zip(normal, light["direction"]))
+        factor = clipped_cosine(cosine, light["angular_radius_rad"])
+        for channel in range(3):
+            result[channel] += factor * light["irradiance"][channel]
+    return result
+
+
+# --------------------------------------------------------------------------------------------------- command line
+
+def _answer(line):
+    """The JSON text for one line of hex digits; an empty line is an empty message, which is refused."""
+    try:
+        decoded = decode(bytes.fromhex(line.strip()))
+    except ValueError as error:  # WireError, or no hex digits
+        return json.dumps({"error": str(error)})
+    decoded["bound"] = {part: None if math.isinf(value) else value for part, value in decoded["bound"].items()}
+    return json.dumps(decoded, allow_nan=False)
+
+
+if __name__ == "__main__":
+    for one_line in sys.stdin:
+        print(_answer(one_line), flush=True)
