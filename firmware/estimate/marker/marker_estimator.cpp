@@ -222,10 +222,9 @@ void Marker::tell(Descriptor& out) {
     out.lights.push_back(one);
   }
   tracker_.assign(out.lights, out.time.mid_exposure);
-  int faces = static_cast<int>(body_.faces.size());
-  if (body_.ball) faces = 1;
-  out.coverage = rounded(body_.ball ? 0.5 : std::min(1.0, static_cast<double>(counts.faces) / std::max(1, faces)));
-  out.saturated = rounded(counts.patches > 0 ? static_cast<double>(counts.clipped) / counts.patches : 0);
+  const marker::SphereShares shares = marker::shares_of_sphere(sampler_.surfaces());
+  out.coverage = rounded(shares.coverage);
+  out.saturated = rounded(shares.saturated);
 }
 
 /// What comes from all around, and what is left to lamps of which nobody is sure.

@@ -47,7 +47,29 @@ struct PlaneSums {
 
 }  // namespace
 
+SphereShares shares_of_sphere(std::span<const SeenSurface> surfaces) {
+  static const std::vector<Vec3d> directions = even_directions(2048);
+  int covered = 0, saturated = 0;
+  for (const Vec3d& d : directions) {
+    bool above_any = false, above_readable = false;
+    for (const SeenSurface& s : surfaces) {
+      if (!(dot(s.normal, d) > 0)) continue;
+      above_any = true;
+      above_readable = above_readable || !s.saturated;
+    }
+    covered += above_any ? 1 : 0;
+    saturated += above_any && !above_readable ? 1 : 0;
+  }
+  return {static_cast<double>(covered) / static_cast<double>(directions.size()),
+          covered > 0 ? static_cast<double>(saturated) / covered : 0};
+}
+
 MarkerSampler::MarkerSampler(int widest, const SamplerOptions& options) : options_(options), row_(widest) {}
+
+void MarkerSampler::note_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out) {
+  const bool readable = out.samples.size() > samples;
+  if (readable || counts_.clipped > clipped) surfaces_.push_back({normal, !readable});
+}
 
 void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   ++counts_.patches;
@@ -140,7 +162,10 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PlacedBody& placed
           radius);
     }
     patch_.normal = normal;
+    const std::size_t before = out.samples.size();
+    const int clipped = counts_.clipped;
     sample_patch(patch_, out);
+    note_surface(normal, before, clipped, out);
   }
 }
 
@@ -234,6 +259,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   placed_ = &placed;
   lens_ = lens, width_ = width, height_ = height, scale_ = scale;
   counts_ = {};
+  surfaces_.clear();
   reading_ = {};
   counts_.darkest = 1e300;
   out.samples.clear();
@@ -244,6 +270,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
     const MarkerFace& face = body.faces[seen.number];
     const Vec3d normal = placed.normal_of(face);
     const std::size_t before = out.samples.size();
+    const int clipped = counts_.clipped;
     for (const MarkerPatch& patch : face.patches) {
       patch_.corners.clear();
       for (const FacePoint& p : patch.outline) patch_.corners.push_back(placed.point_of(face, p));
@@ -252,6 +279,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
       patch_.surface = static_cast<int>(seen.number);
       sample_patch(patch_, out);
     }
+    note_surface(normal, before, clipped, out);
     counts_.faces += out.samples.size() > before ? 1 : 0;
   }
   if (body.ball) sample_ball(body, placed, out);

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <lightwell/marker_body.hpp>
@@ -48,6 +49,20 @@ struct SampleCounts {
   double hidden = 0;
 };
 
+/// A surface of the body that the lens sees. It receives light from the hemisphere of directions above it.
+struct SeenSurface {
+  Vec3d normal;
+  bool saturated = false;  ///< None of its patches is anything but saturated.
+};
+
+/// Shares as the descriptor has them: `coverage` of the sphere, directions above at least one surface; `saturated` of
+/// the covered directions, those above saturated surfaces alone.
+struct SphereShares {
+  double coverage = 0, saturated = 0;
+};
+/// Summed over 2,048 directions: within 0.002.
+[[nodiscard]] SphereShares shares_of_sphere(std::span<const SeenSurface> surfaces);
+
 /// The reader is bound to the frames. Radiance is in the reader's units times `scale`. Holds memory from frame to
 /// frame.
 class MarkerSampler {
@@ -56,6 +71,8 @@ class MarkerSampler {
 
   /// As SamplerOptions::most_faces.
   void set_max_faces(int most) { options_.most_faces = most; }
+  /// Of the last picture.
+  [[nodiscard]] const std::vector<SeenSurface>& surfaces() const { return surfaces_; }
   /// Fills `out`. `channels`: 1 where the camera is grey.
   SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
                       const PlacedBody& placed, double scale, int channels, Shading& out);
@@ -74,6 +91,8 @@ class MarkerSampler {
   /// Fills faces_, in the body's order. Faces whose tag is not where it should be are counted as covered; the next
   /// takes their place.
   void choose_faces(const MarkerBody& body);
+  /// Notes a surface of which samples or saturated patches have come since there were so many.
+  void note_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out);
   void sample_patch(const Patch& patch, Shading& out);
   void sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out);
   void sample_table(Shading& out);
@@ -84,6 +103,7 @@ class MarkerSampler {
   ConvexOutline outline_;
   Patch patch_;
   std::vector<SeenFace> faces_;
+  std::vector<SeenSurface> surfaces_;
   // Of the frame at hand.
   estimate::RowReader* reader_ = nullptr;
   const PlacedBody* placed_ = nullptr;

@@ -35,6 +35,27 @@ RigParameters pinhole() {
   return rig;
 }
 
+TEST(SphereShares, AreSolidAnglesOfHemispheres) {
+  constexpr double kSum = 0.002;
+  const auto coverage = [](const std::vector<SeenSurface>& surfaces) { return shares_of_sphere(surfaces).coverage; };
+  EXPECT_EQ(coverage({}), 0);
+  EXPECT_NEAR(coverage({{{0, 0, 1}}}), 0.5, kSum);
+  EXPECT_NEAR(coverage({{{0, 0, 1}}, {{0, 0, 1}}}), 0.5, kSum) << "one hemisphere counts once";
+  EXPECT_NEAR(coverage({{{0, 0, 1}}, {{0, 0, -1}}}), 1, kSum);
+  EXPECT_NEAR(coverage({{{1, 0, 0}}, {{0, 0, 1}}}), 0.75, kSum) << "all but a lune of 90 degrees";
+  EXPECT_NEAR(coverage({{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}), 0.875, kSum) << "all but an octant";
+}
+
+TEST(SphereShares, OnlyWhatNoReadableSurfaceReceivesIsSaturated) {
+  constexpr double kSum = 0.004;
+  const auto saturated = [](const std::vector<SeenSurface>& surfaces) { return shares_of_sphere(surfaces).saturated; };
+  EXPECT_EQ(saturated({}), 0);
+  EXPECT_EQ(saturated({{{0, 0, 1}, false}}), 0);
+  EXPECT_EQ(saturated({{{0, 0, 1}, true}}), 1);
+  EXPECT_NEAR(saturated({{{0, 0, 1}, true}, {{0, 0, -1}, false}}), 0.5, kSum);
+  EXPECT_NEAR(saturated({{{0, 0, 1}, true}, {{1, 0, 0}, false}}), 1.0 / 3, kSum) << "a lune of three";
+}
+
 /// A dodecahedron, 45 cm away and seen from above; turned so that no two faces face the lens alike.
 class Stage {
  public:
