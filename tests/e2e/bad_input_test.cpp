@@ -60,6 +60,12 @@ TEST_F(BadInputTest, AnImpossibleValueOfTheConfigurationIsNamed) {
   EXPECT_THAT(refusal({.more = {"--config", file}}), AllOf(HasSubstr(file), HasSubstr("estimator.band")));
 }
 
+TEST_F(BadInputTest, ABudgetThatTheMarkerCannotKeepIsRefused) {
+  // No setting of the marker is cheaper: the budget would be moved along for nothing.
+  EXPECT_THAT(refusal({.camera = camera(), .more = {"--body", "any.textproto", "--budget-ms", "5"}}),
+              AllOf(HasSubstr("budget_ms"), HasSubstr("marker"), HasSubstr("estimator.marker.decimation")));
+}
+
 TEST_F(BadInputTest, AGreyPatchOutsideThePictureIsNamed) {
   const std::string file =
       folder_.write("probe.textproto", "camera { uri: \"sim:city\" }\ngrey_patch { lens: 2 width: 8 height: 8 }\n");
