@@ -205,8 +205,14 @@ class PinnedChainTest : public SecureDaemonTest {
     PairingMode mode(showing().more, 7420);
     return pair(mode);
   }
+  /// A refusal ends with the patience: less of it than for a probe.
+  static Result<Probe> ask(const Impostor& impostor, const std::string& folder) {
+    ProbeCredentials c;
+    c.folder = folder;
+    return connect(impostor.uri(), c);
+  }
   static void expect_refused(const std::string& folder, const Impostor& impostor) {
-    const Result<Probe> probe = connect(impostor.uri(), folder);
+    const Result<Probe> probe = ask(impostor, folder);
     ASSERT_FALSE(probe.ok());
     EXPECT_THAT(probe.status().message(), AllOf(HasSubstr("TLS handshake failed"), HasSubstr("pair with it again")));
     EXPECT_EQ(impostor.heard(), "") << "not even a call came, let alone a token";
@@ -227,7 +233,7 @@ TEST_F(PinnedChainTest, AnotherCertificateOfTheSameIntermediateIsRefusedAndNoTok
   expect_refused(folder, Impostor(other_chain_, other_key_));
   // Who holds the pinned key is told the token: the test above is able to hear it.
   const Impostor thief(chain_, key_);
-  EXPECT_FALSE(connect(thief.uri(), folder).ok());
+  EXPECT_FALSE(ask(thief, folder).ok());
   EXPECT_THAT(thief.heard(), HasSubstr(token.substr(0, kTokenLength)));
   EXPECT_TRUE(lights(Daemon(showing()).uri(), folder));
 }
