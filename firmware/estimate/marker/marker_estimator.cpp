@@ -8,9 +8,11 @@
 #include <optional>
 #include <string>
 
+#include <lightwell/direction_covariance.hpp>
 #include <lightwell/harmonics.hpp>
 
 #include "calibration/lens_table.hpp"
+#include "estimate/common/descriptor_header.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/common/row_reader.hpp"
 #include "estimate/marker/most_even_light.hpp"
@@ -140,16 +142,7 @@ Status Marker::estimate(std::span<const Frame> bracket, Descriptor& out) {
   doubt_hidden();
   add_attitude();
 
-  const FrameInfo& first = bracket.front().info;
-  const FrameInfo& last = bracket.back().info;
-  out.sequence = first.sequence / bracket.size();
-  out.time.mid_exposure = first.mid_exposure + Duration{(last.mid_exposure - first.mid_exposure).ns / 2};
-  out.time.delivered_after = last.delivered - out.time.mid_exposure;
-  out.time.encoded_after = out.time.delivered_after;
-  out.units = scale_.units;
-  out.probe_id = options_.probe_id;
-  out.calibration_id = calibration_id_;
-  out.setting = options_.config.setting;
+  estimate::fill_header(bracket, {scale_.units, options_.probe_id, calibration_id_, options_.config.setting}, out);
   out.flicker = Flicker::unknown;
   out.environment.reset();
   tell(out);
@@ -174,19 +167,10 @@ void Marker::doubt_hidden() {
 void Marker::add_attitude() {
   const PoseCovariance& c = report_.body.probe_body.covariance;
   for (marker::ChosenLamp& lamp : report_.light.lamps) {
-    const auto [u, v] = tangent_basis(lamp.lamp.direction);
-    // A turn w moves d by w x d: along u by w . (d x u).
-    const std::array<Vec3d, 2> axes = {cross(lamp.lamp.direction, u), cross(lamp.lamp.direction, v)};
-    const auto along = [&](const Vec3d& a, const Vec3d& b) {
-      const std::array<double, 3> x = {a.x, a.y, a.z}, y = {b.x, b.y, b.z};
-      double sum = 0;
-      for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t k = 0; k < 3; ++k) sum += x[i] * c[i][k] * y[k];
-      return sum;
-    };
-    lamp.direction_covariance[0] += along(axes[0], axes[0]) + kLeastSigma * kLeastSigma;
-    lamp.direction_covariance[1] += along(axes[0], axes[1]);
-    lamp.direction_covariance[2] += along(axes[1], axes[1]) + kLeastSigma * kLeastSigma;
+    const auto [uu, uv, vv] = direction_covariance(lamp.lamp.direction, c);
+    lamp.direction_covariance[0] += uu + kLeastSigma * kLeastSigma;
+    lamp.direction_covariance[1] += uv;
+    lamp.direction_covariance[2] += vv + kLeastSigma * kLeastSigma;
   }
 }
 

@@ -11,6 +11,7 @@
 
 #include "calibration/lens_table.hpp"
 #include "estimate/common/chooser.hpp"
+#include "estimate/common/descriptor_header.hpp"
 #include "estimate/common/environment.hpp"
 #include "estimate/common/flicker.hpp"
 #include "estimate/common/light_tracker.hpp"
@@ -163,14 +164,7 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   for (auto& c : seen_.projection.c)
     for (double& v : c) v *= scale_.factor;
   for (Light& light : seen_.lights) light.irradiance = light.irradiance * factor;
-  const FrameInfo& first = bracket.front().info;
-  const FrameInfo& last = bracket.back().info;
-  // Of the capture, not of the frame: a bracket is one, and no gap follows it.
-  out.sequence = first.sequence / bracket.size();
-  out.time.mid_exposure = first.mid_exposure + Duration{(last.mid_exposure - first.mid_exposure).ns / 2};
-  out.time.delivered_after = last.delivered - out.time.mid_exposure;
-  out.time.encoded_after = out.time.delivered_after;
-  out.units = scale_.units;
+  fill_header(bracket, {scale_.units, probe_id_, calibration_id_, config_.setting}, out);
 
   tracker_.assign(seen_.lights, out.time.mid_exposure);
   find_clipped();
@@ -188,9 +182,6 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   make_map(out);
   out.coverage = static_cast<float>(std::clamp(seen_.seen_sr / kSphere, 0.0, 1.0));
   out.saturated = static_cast<float>(std::clamp(stage_->sums().clipped_sr / std::max(seen_.seen_sr, 1e-12), 0.0, 1.0));
-  out.probe_id = probe_id_;
-  out.calibration_id = calibration_id_;
-  out.setting = config_.setting;
   out.flicker = watch_flicker(bracket);
   recover_clipped(out);
   judge(smoothed, out);

@@ -1,8 +1,8 @@
 #include "core/light_transport.hpp"
 
 #include <cmath>
-#include <cstddef>
-#include <limits>
+
+#include <lightwell/direction_covariance.hpp>
 
 namespace lightwell::core {
 
@@ -28,25 +28,9 @@ Light turned(const Light& light, Quat q) {
 }
 
 std::array<float, 3> doubted(const Light& light, const PoseCovariance& covariance) {
-  // A turn by the small vector w moves the direction d by w x d: along u by w.v, along v by -w.u.
-  const auto [u, v] = tangent_basis(vec_cast<double>(light.direction));
-  const std::array<double, 3> along_u{v.x, v.y, v.z}, along_v{-u.x, -u.y, -u.z};
-  const auto moment = [&](const std::array<double, 3>& a, const std::array<double, 3>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 3; ++j) {
-        const double weight = a[i] * b[j];
-        // An axis that does not move the direction may be unknown.
-        if (std::abs(weight) > 1e-12) sum += weight * covariance[i][j];
-      }
-    return sum;
-  };
-  const double uu = moment(along_u, along_u), uv = moment(along_u, along_v), vv = moment(along_v, along_v);
-  if (!std::isfinite(uu + uv + vv)) {
-    constexpr float kUnknown = std::numeric_limits<float>::infinity();
-    return {kUnknown, 0, kUnknown};
-  }
+  const auto [uu, uv, vv] = direction_covariance(vec_cast<double>(light.direction), covariance);
   const auto& own = light.direction_covariance;
+  if (!std::isfinite(uu)) return {static_cast<float>(uu), 0, static_cast<float>(vv)};
   return {own[0] + static_cast<float>(uu), own[1] + static_cast<float>(uv), own[2] + static_cast<float>(vv)};
 }
 
