@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <set>
@@ -22,6 +23,17 @@ constexpr std::size_t kLeastPictures = 5, kLeastSightings = 100;
 constexpr double kLeastTilt_rad = 10 * pi / 180;
 /// A focal length that is not known to this is none.
 constexpr double kVagueFocal = 0.02;
+/// Of double sphere and Mei the focal length goes with xi; where it is known to less than this, so is every number.
+constexpr double kVagueWithXi = 0.2;
+/// A board's shape is fitted from here on: mean of its numbers' squares in deviations (Wald), and one number alone.
+constexpr double kShapeEvidence = 4, kSpacingDeviations = 5;
+/// A picture whose tags are spaced so differently, in shares and in deviations, shows another board.
+constexpr double kOtherSpacing = 0.01, kOtherDeviations = 6;
+/// A picture that loses this share of its points, and so many, is named.
+constexpr double kManyOutliers = 0.2;
+constexpr std::size_t kSomeOutliers = 8;
+/// A surface that is bent by less is flat as far as anyone can glue.
+constexpr double kLeastFlatness_m = 2e-4;
 /// What lies so many deviations away after the first fit is no sighting of the point that it says.
 constexpr double kOutlier = 6;
 constexpr std::size_t kLeastOfPicture = 4;
@@ -140,9 +152,53 @@ double direction_uncertainty(const LensSize& size, const ModelParameters& model,
   return count > 0 ? 3 * std::sqrt(sum / count) : std::numeric_limits<double>::infinity();
 }
 
+const char* name_of(LensKind kind) {
+  return kind == LensKind::mei ? "mei" : kind == LensKind::double_sphere ? "double-sphere" : "kannala-brandt";
+}
+
+/// Whether every number of the lens is known well enough to be one.
+bool is_determined(const BundleFit& fit, LensKind kind) {
+  for (std::size_t k = 0; k < fit.state.lenses.size(); ++k) {
+    const double focal = numbers_of(fit.state.lenses[k])[0], variance = fit.lens_covariance[k][0];
+    const double most = kind == LensKind::kannala_brandt ? kVagueFocal : kVagueWithXi;
+    if (!std::isfinite(variance) || !(std::sqrt(variance) <= most * std::abs(focal))) return false;
+  }
+  return true;
+}
+
+/// Whether the residuals contradict a board's points.
+bool has_shape(const BundleFit& fit, std::size_t board) {
+  if (fit.shape_covariance.empty() || fit.shape_covariance[board].empty()) return false;
+  constexpr auto kSize = static_cast<Eigen::Index>(BoardShape::kParameters);
+  const Eigen::Map<const Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>> c(fit.shape_covariance[board].data());
+  const Eigen::Map<const Eigen::Vector<double, kSize>> d(fit.shapes[board].numbers.data());
+  if (d[0] * d[0] > kSpacingDeviations * kSpacingDeviations * c(0, 0)) return true;
+  const double evidence = d.dot(c.completeOrthogonalDecomposition().solve(d)) / static_cast<double>(kSize);
+  return evidence > kShapeEvidence;
+}
+
+/// Pictures of captures whose tags are spaced unlike those of most; none where that is not the exception.
+std::vector<bool> other_boards(const BundleFit& fit, const Sightings& s) {
+  std::vector<double> spacings;
+  for (const Estimate& e : fit.capture_spacing)
+    if (e.sigma > 0) spacings.push_back(e.value);
+  std::vector<bool> out(s.pictures.size());
+  if (spacings.empty()) return out;
+  const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
+  std::nth_element(spacings.begin(), middle, spacings.end());
+  for (std::size_t i = 0; i < s.pictures.size(); ++i) {
+    const Estimate& e = fit.capture_spacing[static_cast<std::size_t>(s.pictures[i].capture)];
+    const double off = std::abs(e.value - *middle);
+    out[i] = e.sigma > 0 && off > kOtherSpacing && off > kOtherDeviations * e.sigma && !s.pictures[i].sightings.empty();
+  }
+  if (3 * std::count(out.begin(), out.end(), true) > static_cast<std::ptrdiff_t>(s.pictures.size()))
+    out.assign(out.size(), false);
+  return out;
+}
+
 /// Leaves out what the first fit shows to be no sighting of its point. Returns how many.
 std::size_t drop_outliers(const BundleFit& fit, Sightings& s) {
-  const double limit = kOutlier * std::max(fit.sigma_px, 0.05);
+  const double limit = kOutlier * std::max(fit.spread_px, 0.05);
   std::vector<std::set<int>> out(s.pictures.size());
   std::size_t count = 0;
   for (const Residual& r : fit.residuals) {
@@ -159,6 +215,33 @@ std::size_t drop_outliers(const BundleFit& fit, Sightings& s) {
     s.pictures[i].sightings = std::move(kept);
   }
   return count;
+}
+
+BoardFit board_fit(const BundleFit& fit, const Board& board, std::size_t at) {
+  BoardFit out;
+  out.shape = fit.shapes[at];
+  if (!fit.shape_covariance.empty() && !fit.shape_covariance[at].empty())
+    out.spacing_sigma = std::sqrt(fit.shape_covariance[at][0]);
+  out.flatness_m = flatness(board, out.shape);
+  return out;
+}
+
+std::string rounded(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::vector<std::string> shape_notes(const BoardFit& board, const Board& of) {
+  std::vector<std::string> out;
+  if (std::abs(board.shape.spacing_change()) > kSpacingDeviations * board.spacing_sigma && board.spacing_sigma > 0)
+    out.push_back("board '" + of.name + "': its tags are " + rounded(100 * board.shape.spacing_change(), 2) + " +- " +
+                  rounded(100 * board.spacing_sigma, 2) +
+                  " % further apart than it says, and were taken so; measure the spacing and the size of its tags");
+  if (board.flatness_m > kLeastFlatness_m)
+    out.push_back("board '" + of.name + "' is not flat: its points span " + rounded(1e3 * board.flatness_m, 2) +
+                  " mm across the best plane; its shape was fitted and used, but glue it to something flat");
+  return out;
 }
 
 }  // namespace
@@ -194,37 +277,88 @@ Result<GeometryFit> calibrate_geometry(const Sightings& given, const GeometryOpt
   bundle.time_offset = options.time_offset;
   Result<BundleFit> first = fit_bundle(sightings, *state, bundle);
   if (!first) return first.status();
-  std::size_t dropped = drop_outliers(*first, sightings);
-  BundleState start = first->state;
-  for (std::size_t k = 0; k < start.lenses.size(); ++k)
-    start.lenses[k] =
-        as_kind(std::get<KannalaBrandtParameters>(start.lenses[k]), options.kind, seen_by(k, start.lenses[k]));
-  bundle.robust_px = std::max(0.05, 3 * first->sigma_px);
-  Result<BundleFit> fit = fit_bundle(sightings, start, bundle);
-  // What hid behind the worst shows after them.
-  for (int round = 0; fit && round < kOutlierRounds; ++round) {
-    const std::size_t more = drop_outliers(*fit, sightings);
-    if (more == 0) break;
-    dropped += more;
-    bundle.robust_px = std::max(0.05, 3 * fit->sigma_px);
-    fit = fit_bundle(sightings, fit->state, bundle);
+  out.pictures.resize(given.pictures.size());
+  const std::vector<bool> other = other_boards(*first, sightings);
+  for (std::size_t i = 0; i < other.size(); ++i) {
+    if (!other[i]) continue;
+    sightings.pictures[i].sightings.clear();
+    out.pictures[i].other_board = true;
+    out.notes.push_back(given.pictures[i].name +
+                        " was left out: its tags are spaced unlike those of the other pictures, so it shows another "
+                        "board with the same numbers");
   }
-  if (!fit) return fit.status();
+  if (std::find(other.begin(), other.end(), true) != other.end()) {
+    first = fit_bundle(sightings, first->state, bundle);
+    if (!first) return first.status();
+  }
+  const Sightings of_board = sightings;
+  // What hid behind the worst shows after them.
+  const auto settle = [&](const BundleState& start) -> Result<BundleFit> {
+    Result<BundleFit> fit = fit_bundle(sightings, start, bundle);
+    for (int round = 0; fit && round < kOutlierRounds; ++round) {
+      if (drop_outliers(*fit, sightings) == 0) break;
+      bundle.robust_px = std::max(0.05, 3 * fit->spread_px);
+      fit = fit_bundle(sightings, fit->state, bundle);
+    }
+    return fit;
+  };
+  (void)drop_outliers(*first, sightings);
+  const auto as = [&](LensKind kind) {
+    BundleState start = first->state;
+    for (std::size_t k = 0; k < start.lenses.size(); ++k)
+      start.lenses[k] = as_kind(std::get<KannalaBrandtParameters>(start.lenses[k]), kind, seen_by(k, start.lenses[k]));
+    return start;
+  };
+  bundle.robust_px = std::max(0.05, 3 * first->spread_px);
+  Result<BundleFit> fit = settle(as(options.kind));
+  if (!fit || !is_determined(*fit, options.kind)) {
+    for (const LensKind kind : {LensKind::kannala_brandt, LensKind::mei, LensKind::double_sphere}) {
+      if (kind == options.kind) continue;
+      const Result<BundleFit> another = fit_bundle(sightings, as(kind), bundle);
+      if (another && is_determined(*another, kind))
+        return tells_too_little("the pictures do not determine the numbers of the model " +
+                                std::string(name_of(options.kind)) + "; they determine " + name_of(kind) +
+                                " (--model " + name_of(kind) + ")");
+    }
+    if (!fit) return fit.status();
+    return tells_too_little("the focal length is not known to " + std::to_string(static_cast<int>(100 * kVagueFocal)) +
+                            " %; take more pictures, with the board tilted and in all parts of the picture");
+  }
+  std::vector<bool> shaped(given.boards.size());
+  for (std::size_t b = 0; b < shaped.size(); ++b) shaped[b] = has_shape(*fit, b);
+  if (std::find(shaped.begin(), shaped.end(), true) != shaped.end()) {
+    // What a plane left out may be right.
+    bundle.shapes = true;
+    sightings = of_board;
+    BundleState start = fit->state;
+    start.shapes.clear();
+    fit = settle(start);
+    if (!fit) return fit.status();
+  }
+  std::size_t dropped = 0;
+  for (std::size_t i = 0; i < given.pictures.size(); ++i) {
+    PictureFit& p = out.pictures[i];
+    p.points = given.pictures[i].sightings.size();
+    p.outliers = p.other_board ? 0 : p.points - sightings.pictures[i].sightings.size();
+    dropped += p.outliers;
+    if (p.outliers >= kSomeOutliers && static_cast<double>(p.outliers) > kManyOutliers * static_cast<double>(p.points))
+      out.notes.push_back(given.pictures[i].name + ": " + std::to_string(p.outliers) + " of " +
+                          std::to_string(p.points) + " points were left out; look at the picture, or take it away");
+  }
   if (dropped > 0)
     out.notes.push_back(std::to_string(dropped) + " points were left out: they lie more than " +
                         std::to_string(static_cast<int>(kOutlier)) + " deviations from where they belong");
+  for (std::size_t b = 0; b < given.boards.size(); ++b) {
+    BoardFit board;
+    if (bundle.shapes) board = board_fit(*fit, given.boards[b], b);
+    for (const std::string& note : shape_notes(board, given.boards[b])) out.notes.push_back(note);
+    out.boards.push_back(board);
+  }
 
   for (std::size_t k = 0; k < fit->state.lenses.size(); ++k) {
     LensFit lens;
     lens.model = fit->state.lenses[k];
     lens.covariance = fit->lens_covariance[k];
-    const std::vector<double> values = numbers_of(lens.model);
-    // Of a sphere behind the plane the focal length goes with xi, and only their ratio is known well.
-    if (!std::isfinite(lens.covariance[0]) ||
-        (options.kind == LensKind::kannala_brandt && std::sqrt(lens.covariance[0]) > kVagueFocal * values[0]))
-      return tells_too_little("the focal length is not known to " +
-                              std::to_string(static_cast<int>(100 * kVagueFocal)) +
-                              " %; take more pictures, with the board tilted and in all parts of the picture");
     lens.seen_rad = seen_by(k, lens.model);
     lens.largest_rad = CameraModel(lens_of(sightings.lenses[k], lens.model)).max_angle_rad();
     lens.direction_uncertainty_rad =

@@ -32,8 +32,23 @@ struct LensFit {
   double direction_uncertainty_rad = 0;
 };
 
+/// How far the sightings of one board are from what its points say.
+struct BoardFit {
+  BoardShape shape;          ///< All zero where the sightings agree with a plane and the stated spacing.
+  double spacing_sigma = 0;  ///< Of its spacing_change().
+  double flatness_m = 0;     ///< Height of the fitted surface above the best plane, largest less smallest.
+};
+
+/// What became of one of the pictures, as they were given.
+struct PictureFit {
+  std::size_t points = 0, outliers = 0;
+  bool other_board = false;  ///< Its tags are spaced unlike those of the other pictures; it was left out.
+};
+
 struct GeometryFit {
   std::vector<LensFit> lenses;
+  std::vector<BoardFit> boards;
+  std::vector<PictureFit> pictures;
   /// T_lens1_lens0, _cv axes, and its covariance: a turn about lens 1's axes (rad), then a translation (m). Of two
   /// lenses.
   Pose pair;
@@ -41,12 +56,12 @@ struct GeometryFit {
   double time_offset_s = 0, time_offset_sigma_s = 0;
   BundleFit bundle;
   Sightings used;                  ///< Those of the bundle: what was given less what was left out.
-  std::vector<std::string> notes;  ///< Worth saying: sightings that were left out, angles that were not seen.
+  std::vector<std::string> notes;  ///< Worth saying: sightings that were left out, boards that are bent.
 };
 
 /// invalid_argument where sightings are no sightings (sizes, indices, NaN); failed_precondition where they do not tell:
-/// too few pictures or points, one tag alone, boards that all face the lens, boards or lenses that nothing joins. The
-/// message says what to do.
+/// too few pictures or points, one tag alone, boards that all face the lens, boards or lenses that nothing joins, a
+/// kind of lens whose numbers the pictures do not determine. The message says what to do.
 [[nodiscard]] Result<GeometryFit> calibrate_geometry(const Sightings& sightings, const GeometryOptions& options);
 
 }  // namespace lightwell::calibration

@@ -14,6 +14,8 @@ namespace lightwell::calibration {
 struct Board {
   std::string name;
   std::vector<Vec3d> points;
+  /// So many points that follow each other are of one tag, whose size is right where its place is not; 0: not known.
+  int points_per_tag = 0;
 };
 
 /// One point of a board in a picture.

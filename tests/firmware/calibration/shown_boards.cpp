@@ -64,7 +64,7 @@ class Shower {
 
 Board board() {
   constexpr double kTag = 0.03, kStep = 0.039;
-  Board out{"board", {}};
+  Board out{"board", {}, 4};
   for (int row = 0; row < 6; ++row)
     for (int column = 0; column < 6; ++column)
       for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}})
