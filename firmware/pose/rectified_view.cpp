@@ -52,6 +52,26 @@ std::optional<ViewAxes> view_towards(const CameraModel& lens, double theta, doub
   return view;
 }
 
+/// The largest angle from the axis that is in the picture; the model's own end where the rim of the field is.
+double largest_angle(const CameraModel& lens, int width, int height) {
+  const double end = lens.max_angle_rad();
+  constexpr int kSteps = 64;
+  double seen = 0;
+  const auto look = [&](double x, double y) {
+    if (const auto d = lens.unproject({x, y})) seen = std::max(seen, std::atan2(std::hypot(d->x, d->y), d->z));
+  };
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = (width - 1.0) * i / kSteps, y = (height - 1.0) * i / kSteps;
+    look(x, 0), look(x, height - 1.0), look(0, y), look(width - 1.0, y);
+  }
+  // A field that ends within the picture does so all around, or somewhere.
+  for (int i = 0; i < kSteps; ++i) {
+    const auto p = lens.project(direction_cv(end * (1 - 1e-9), 2 * std::numbers::pi * i / kSteps));
+    if (p && p->x >= 0 && p->y >= 0 && p->x <= width - 1 && p->y <= height - 1) return end;
+  }
+  return seen;
+}
+
 std::uint8_t sampled(const GreyPicture& picture, PixelPosition p) {
   const double fx = std::floor(p.x), fy = std::floor(p.y);
   if (!(fx >= 0 && fy >= 0 && fx < picture.width - 1 && fy < picture.height - 1)) return kNothing;
@@ -98,9 +118,9 @@ std::optional<PixelPosition> RectifiedView::original(const CameraModel& lens, Pi
                       axes_.down * (in_view.y - middle));
 }
 
-std::vector<ViewAxes> views_of(const CameraModel& lens, double beyond_rad) {
+std::vector<ViewAxes> views_of(const CameraModel& lens, int width, int height, double beyond_rad) {
   std::vector<ViewAxes> views;
-  const double end = lens.max_angle_rad();
+  const double end = largest_angle(lens, width, height);
   if (!(end > beyond_rad)) return views;
   if (const auto middle = view_towards(lens, 0, 0, kMiddleHalf)) views.push_back(*middle);
   for (double theta = std::clamp(end - 20 * kDegree, 35 * kDegree, kRingCenter);; theta += kRingStep) {

@@ -32,8 +32,8 @@ class RectifiedView {
 };
 
 /// Views that together cover a lens from `beyond_rad` outwards and its middle, each about as fine as the picture there;
-/// neighbours share 35 degrees, so that a tag narrower than that is whole in one. None for a lens that does not reach
-/// `beyond_rad`.
-[[nodiscard]] std::vector<ViewAxes> views_of(const CameraModel& lens, double beyond_rad);
+/// neighbours share 35 degrees, so that a tag narrower than that is whole in one. None where the picture does not reach
+/// `beyond_rad`: a model may go on far beyond the picture's edge.
+[[nodiscard]] std::vector<ViewAxes> views_of(const CameraModel& lens, int width, int height, double beyond_rad);
 
 }  // namespace lightwell

@@ -188,7 +188,7 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
   // What a rectified view says of tags that were found plainly: a better start where edges are bent.
   std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
-    for (const ViewAxes& axes : views_of(*lens, inside_->options.rectify_beyond_rad)) {
+    for (const ViewAxes& axes : views_of(*lens, picture.width, picture.height, inside_->options.rectify_beyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
       for (TagDetection tag :
            inside_->look(view.picture(), inside_->options.decimate, inside_->options.least_contrast)) {

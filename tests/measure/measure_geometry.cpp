@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 #include "firmware/calibration/lens_trials.hpp"
@@ -33,6 +34,16 @@ double least_share(const std::vector<int>& within, std::size_t of) {
              : static_cast<double>(*std::min_element(within.begin(), within.end())) / static_cast<double>(of);
 }
 
+/// Errors in standard deviations: 1 where the covariance says what is true.
+void print_normalized(const std::string& prefix, const shown::Trials& t) {
+  print(prefix + "normalized.mean",
+        std::accumulate(t.normalized.begin(), t.normalized.end(), 0.0) / static_cast<double>(t.normalized.size()));
+  print(prefix + "normalized.least", *std::min_element(t.normalized.begin(), t.normalized.end()));
+  print(prefix + "normalized.largest", largest(t.normalized));
+  print(prefix + "normalized.direction", t.normalized_direction);
+  print(prefix + "shaped", static_cast<double>(t.shaped) / t.count);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -54,6 +65,25 @@ int main(int argc, char** argv) {
     print(prefix + "focal.largest", largest(t.focal));
     print(prefix + "focal.median", median(t.focal));
     print(prefix + "within_3_sigma.least", least_share(t.within_3_sigma, t.direction_rad.size()));
+    print_normalized(prefix, t);
+  }
+  const std::pair<const char*, shown::Noise> noises[] = {{"contaminated", shown::Noise::contaminated},
+                                                         {"by_picture", shown::Noise::by_picture},
+                                                         {"within_tag", shown::Noise::within_tag}};
+  for (const auto& [name, noise] : noises) {
+    std::fprintf(stderr, "measure_geometry: noise %s\n", name);
+    print_normalized(std::string("geometry.noise.") + name + ".",
+                     shown::lens_trials(LensKind::kannala_brandt, trials, {.noise = noise}));
+  }
+  const std::pair<const char*, shown::Show> boards[] = {{"cylinder", {.bend = shown::Bend::cylinder}},
+                                                        {"sphere", {.bend = shown::Bend::sphere}},
+                                                        {"spacing", {.spacing = 0.32}}};
+  for (const auto& [name, show] : boards) {
+    std::fprintf(stderr, "measure_geometry: board %s\n", name);
+    const shown::Trials t = shown::lens_trials(LensKind::kannala_brandt, trials, show);
+    const std::string prefix = std::string("geometry.board.") + name + ".";
+    print(prefix + "direction_deg.largest", largest(t.direction_rad) / kDegree);
+    print_normalized(prefix, t);
   }
   std::fprintf(stderr, "measure_geometry: pairs\n");
   const shown::Trials t = shown::pair_trials(trials, {.pictures = 40});

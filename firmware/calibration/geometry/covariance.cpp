@@ -53,6 +53,7 @@ ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters, c
   out.step = -back * (whitener.transpose() * (a.transpose() * r));
 
   Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(n, n), seen = middle;
+  // After the step: what a parameter that was held would explain is no noise.
   std::vector<Eigen::VectorXd> scores;
   at = 0;
   for (const Cluster& c : clusters) {
@@ -63,7 +64,7 @@ ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters, c
     const Eigen::VectorXd enlarge =
         (1 - leverage.eigenvalues().array()).cwiseMax(kLeastFreedom).sqrt().inverse().matrix();
     scores.push_back(leverage.eigenvectors() * enlarge.asDiagonal() * leverage.eigenvectors().transpose() *
-                     (b.transpose() * c.residuals));
+                     (b.transpose() * (c.residuals + c.jacobian * out.step)));
     middle += scores.back() * scores.back().transpose();
   }
   // `seen` is the identity but for what the prior knows.

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include <Eigen/Dense>
@@ -312,14 +313,20 @@ Result<GeometryFit> calibrate_geometry(const Sightings& given, const GeometryOpt
   bundle.robust_px = std::max(0.05, 3 * first->spread_px);
   Result<BundleFit> fit = settle(as(options.kind));
   if (!fit || !is_determined(*fit, options.kind)) {
+    // Of the models that they do determine, the one that leaves the least.
+    std::optional<LensKind> better;
+    double least = std::numeric_limits<double>::infinity();
     for (const LensKind kind : {LensKind::kannala_brandt, LensKind::mei, LensKind::double_sphere}) {
       if (kind == options.kind) continue;
       const Result<BundleFit> another = fit_bundle(sightings, as(kind), bundle);
-      if (another && is_determined(*another, kind))
-        return tells_too_little("the pictures do not determine the numbers of the model " +
-                                std::string(name_of(options.kind)) + "; they determine " + name_of(kind) +
-                                " (--model " + name_of(kind) + ")");
+      if (!another || !is_determined(*another, kind) || !(another->sigma_px < least)) continue;
+      least = another->sigma_px;
+      better = kind;
     }
+    if (better)
+      return tells_too_little("the pictures do not determine the numbers of the model " +
+                              std::string(name_of(options.kind)) + "; they determine " + name_of(*better) +
+                              " (--model " + name_of(*better) + ")");
     if (!fit) return fit.status();
     return tells_too_little("the focal length is not known to " + std::to_string(static_cast<int>(100 * kVagueFocal)) +
                             " %; take more pictures, with the board tilted and in all parts of the picture");

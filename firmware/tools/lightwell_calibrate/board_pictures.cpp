@@ -60,8 +60,7 @@ Result<std::vector<TagBoard>> boards_of(const std::vector<std::string>& files) {
 
 }  // namespace
 
-Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<LensParameters>* known,
-                                 const Progress& progress) {
+Result<Sightings> read_sightings(const BoardPictures& in, const FirstLook* before, const Progress& progress) {
   const Result<std::vector<TagBoard>> boards = boards_of(in.boards);
   if (!boards) return boards.status();
   Sightings out;
@@ -70,7 +69,7 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
   for (std::size_t b = 0; b < boards->size(); ++b) {
     const TagBoard& board = (*boards)[b];
     families.insert(board.family);
-    out.boards.push_back({in.boards[b], {}});
+    out.boards.push_back({in.boards[b], {}, 4});
     for (int id = board.first_id; id < board.first_id + board.tags(); ++id)
       for (const Vec3d& corner : board.corners(id)) out.boards.back().points.push_back(corner);
   }
@@ -85,6 +84,8 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
     for (const std::string& f : *found) names.insert(fs::path(f).stem().string());
     files.push_back(std::move(*found));
   }
+  std::size_t points = 0;
+  for (const calibration::Board& b : out.boards) points += b.points.size();
   std::map<std::string, int> captures;
   for (const std::string& name : names) captures.emplace(name, static_cast<int>(captures.size()));
 
@@ -97,6 +98,14 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
     if (!detector) return detector.status();
     std::string first;
     for (const std::string& file : files[lens]) {
+      // Where every point was found, and found well, there is nothing to look for again.
+      if (before != nullptr && (!before->rectify[lens] || before->seen.pictures[done].sightings.size() == points)) {
+        if (first.empty()) out.lenses.push_back(before->seen.lenses[lens]);
+        first = file;
+        out.pictures.push_back(before->seen.pictures[done]);
+        progress(++done, total);
+        continue;
+      }
       const Result<GreyImage> image = read_grey(file);
       if (!image) return image.status();
       if (first.empty()) {
@@ -109,7 +118,7 @@ Result<Sightings> read_sightings(const BoardPictures& in, const std::vector<Lens
                           std::to_string(out.lenses[lens].height) + "; a lens is calibrated from pictures of one size");
       }
       std::optional<CameraModel> camera;
-      if (known != nullptr) camera.emplace((*known)[lens]);
+      if (before != nullptr) camera.emplace(before->lenses[lens]);
       const auto tags = detector->detect(image->view(), camera ? &*camera : nullptr);
       if (!tags) return Status(tags.status().code(), file + ": " + tags.status().message());
       calibration::Picture picture;

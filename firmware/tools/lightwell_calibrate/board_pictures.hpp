@@ -28,11 +28,18 @@ struct BoardPictures {
 /// Called after each picture: how many of how many.
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
+/// What pictures showed without rectified views, and the lenses about as they are.
+struct FirstLook {
+  calibration::Sightings seen;
+  std::vector<LensParameters> lenses;
+  std::vector<bool> rectify;  ///< By lens, whether rectified views can show more.
+};
+
 /// Pictures of the same name, but for the folder, are of one capture; so the pictures of a pair's lenses find each
-/// other. `known`, where given, are the lenses about as they are: tags at the edge of the picture are then looked for
-/// in rectified views. Errors name the file: pictures of another size than the first one's, boards that share numbers.
-[[nodiscard]] Result<calibration::Sightings> read_sightings(const BoardPictures& in,
-                                                            const std::vector<LensParameters>* known,
+/// other. `before`, where given: tags at the edge of the picture are looked for in rectified views, in pictures that
+/// did not show every point of every board at once. Errors name the file: pictures of another size than the first
+/// one's, boards that share numbers.
+[[nodiscard]] Result<calibration::Sightings> read_sightings(const BoardPictures& in, const FirstLook* before,
                                                             const Progress& progress);
 
 }  // namespace lightwell::calibrate

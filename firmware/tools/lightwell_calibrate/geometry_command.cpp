@@ -17,6 +17,8 @@
 #include "calibration/geometry/geometry.hpp"
 #include "calibration/lens_pair.hpp"
 #include "calibration/projection.hpp"
+#include "pose/rectified_view.hpp"
+#include "pose/tag_detector.hpp"
 #include "tools/lightwell_calibrate/board_pictures.hpp"
 #include "tools/lightwell_calibrate/geometry_report.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
@@ -43,7 +45,12 @@ constexpr const char* kGeometryFooter = R"(Examples:
 Take 20 to 40 pictures, the board near the lens and tilted, all over the picture up to its edge. Two lenses: boards all
 around, pictures of the same name in both folders were taken at once. Several boards need tags with numbers of their
 own.
-Photometry, where --calibration names a rig that has some, is kept.
+Photometry, where --calibration names a rig that has some, is kept. Without it pictures are read as sRGB, and the
+output says so (response { kind: SRGB }).
+Models: kannala-brandt fits fisheyes and webcams; mei fits both as well, Brown's radial and tangential distortion among
+them; double-sphere is for fisheyes: the pictures of a webcam do not determine its numbers, which is refused.
+A board that is bent, or whose tags are spaced otherwise than its file says, is reported, and its shape is fitted and
+used. Pictures without a board, of another board, or with many outliers are named.
 Exit status: 0 done, 1 an input is wrong or tells too little (standard error says what to do), 2 wrong usage.)";
 
 constexpr const char* kCoverageFooter = R"(Example:
@@ -111,6 +118,8 @@ RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes,
     // What was not seen is not known: without a word of the field it ends there.
     const double half = field_rad > 0 ? field_rad / 2 : lens.seen_rad;
     rig.lenses.push_back(guess(sizes[k], lens.model, std::min(half, lens.largest_rad)));
+    // What the pictures were read with is what their values mean.
+    rig.lenses[k].photometry.response.kind = ResponseCurve::Kind::srgb;
     if (before != nullptr && k < before->lenses.size()) rig.lenses[k].photometry = before->lenses[k].photometry;
   }
   if (fit.lenses.size() > 1) {
@@ -146,7 +155,7 @@ std::string json_of(const LensFit& lens) {
          ", \"direction_3_sigma_deg\": " + json_number(lens.direction_uncertainty_rad / kDegree) + "}";
 }
 
-std::string json_of(const GeometryFit& fit) {
+std::string json_of(const GeometryFit& fit, const Sightings& seen, const char* response) {
   std::string out = "{\"rms_px\": " + json_number(fit.bundle.rms_px) +
                     ", \"sigma_px\": " + json_number(fit.bundle.sigma_px) + ",\n \"lenses\": [";
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) out += (k > 0 ? ",\n  " : "\n  ") + json_of(fit.lenses[k]);
@@ -162,7 +171,23 @@ std::string json_of(const GeometryFit& fit) {
            "},\n \"time_offset_s\": " + json_number(fit.time_offset_s) +
            ", \"time_offset_sigma_s\": " + json_number(fit.time_offset_sigma_s);
   }
-  return out + "}\n";
+  out += ",\n \"response\": " + json_string(response) + ",\n \"boards\": [";
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const BoardFit& board = fit.boards[b];
+    out += (b > 0 ? ", " : "") + std::string("{\"name\": ") + json_string(seen.boards[b].name) +
+           ", \"spacing_change\": " + json_number(board.shape.spacing_change()) +
+           ", \"spacing_change_sigma\": " + json_number(board.spacing_sigma) +
+           ", \"flatness_mm\": " + json_number(1e3 * board.flatness_m) + "}";
+  }
+  out += "],\n \"pictures\": [";
+  for (std::size_t i = 0; i < fit.pictures.size(); ++i)
+    out += (i > 0 ? ",\n  " : "\n  ") + std::string("{\"name\": ") + json_string(seen.pictures[i].name) +
+           ", \"points\": " + std::to_string(fit.pictures[i].points) +
+           ", \"outliers\": " + std::to_string(fit.pictures[i].outliers) +
+           ", \"other_board\": " + (fit.pictures[i].other_board ? "true" : "false") + "}";
+  out += "],\n \"notes\": [";
+  for (std::size_t i = 0; i < fit.notes.size(); ++i) out += (i > 0 ? ", " : "") + json_string(fit.notes[i]);
+  return out + "]}\n";
 }
 
 void print_words(const GeometryFit& fit) {
@@ -195,7 +220,8 @@ int geometry_command(std::span<char* const> arguments) {
   bool offset = false;
   add_inputs(app, in);
   app.add_option("--output", output, "The rig in text format; replaced whole or not at all")->required();
-  app.add_option("--model", model, "kannala-brandt, double-sphere or mei [kannala-brandt]")
+  app.add_option("--model", model,
+                 "kannala-brandt, double-sphere or mei, which fits Brown's distortion too [kannala-brandt]")
       ->check(CLI::IsMember({"kannala-brandt", "double-sphere", "mei"}));
   app.add_option("--field-deg", field_deg, "Field of view of the lenses; without it they end where boards were seen")
       ->check(CLI::Range(1.0, 360.0));
@@ -228,11 +254,17 @@ int geometry_command(std::span<char* const> arguments) {
   Result<GeometryFit> fit = calibrate_geometry(*seen, options);
   if (!fit) return fail("geometry", fit.status());
   // Once the lens is about known, tags at its edge can be looked for where they are straight.
-  std::vector<LensParameters> known;
+  FirstLook look;
   const double half = field_deg > 0 ? 0.5 * field_deg * kDegree : pi;
-  for (std::size_t k = 0; k < fit->lenses.size(); ++k)
-    known.push_back(guess(seen->lenses[k], fit->lenses[k].model, std::min(half, fit->lenses[k].largest_rad)));
-  seen = read_sightings(in.pictures, &known, shown_progress("looking again at the edges"));
+  for (std::size_t k = 0; k < fit->lenses.size(); ++k) {
+    const LensSize& size = seen->lenses[k];
+    look.lenses.push_back(guess(size, fit->lenses[k].model, std::min(half, fit->lenses[k].largest_rad)));
+    look.rectify.push_back(
+        !views_of(CameraModel(look.lenses[k]), size.width, size.height, TagDetectorOptions{}.rectify_beyond_rad)
+             .empty());
+  }
+  look.seen = std::move(*seen);
+  seen = read_sightings(in.pictures, &look, shown_progress("looking again at the edges"));
   if (!seen) return fail("geometry", seen.status());
   options.kind = model == "mei"             ? LensKind::mei
                  : model == "double-sphere" ? LensKind::double_sphere
@@ -240,6 +272,8 @@ int geometry_command(std::span<char* const> arguments) {
   fit = calibrate_geometry(*seen, options);
   if (!fit) return fail("geometry", fit.status());
 
+  for (const Picture& p : seen->pictures)
+    if (p.sightings.empty()) fit->notes.push_back(p.name + " shows no tag of a board");
   const RigParameters rig = rig_of(*fit, seen->lenses, field_deg * kDegree, before ? &*before : nullptr);
   if (const Status s = rig.validate(); !s.ok()) return fail("geometry", s);
   for (const std::string& note : fit->notes) std::cerr << "lightwell-calibrate geometry: " << note << "\n";
@@ -259,10 +293,11 @@ int geometry_command(std::span<char* const> arguments) {
         !s.ok())
       return fail("geometry", s);
   }
+  const char* response = before ? "as --calibration says" : "sRGB, as no --calibration was given; the output says so";
   if (in.json)
-    std::cout << json_of(*fit) << std::flush;
+    std::cout << json_of(*fit, *seen, response) << std::flush;
   else
-    print_words(*fit);
+    print_words(*fit), std::printf("pictures were read with the response: %s\n", response);
   return kDone;
 }
 

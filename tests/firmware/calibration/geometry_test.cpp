@@ -135,6 +135,74 @@ TEST(OneLensOfAnyKind, RefusesWhatIsNoSighting) {
   refused(s, "not flat");
 }
 
+struct Printed {
+  const char* name;
+  Show show;
+  const char* note;
+};
+class OtherwisePrinted : public testing::TestWithParam<Printed> {};
+
+TEST_P(OtherwisePrinted, IsSaidAndFitted) {
+  const GeometryFit fit = fitted(one_lens(kannala_brandt(), GetParam().show), {});
+  ASSERT_EQ(fit.lenses.size(), 1U);
+  EXPECT_THAT(fit.notes, testing::Contains(HasSubstr(GetParam().note)));
+  EXPECT_LT(direction_error(kannala_brandt(), fit.lenses[0].model), 0.03 * kDegree);
+  EXPECT_LT(shown::seen_direction_error(kannala_brandt(), fit.lenses[0]), fit.lenses[0].direction_uncertainty_rad);
+  EXPECT_NEAR(fit.bundle.sigma_px, 0.2, 0.02) << "nothing is left of the board in the residuals";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Boards, OtherwisePrinted,
+    testing::Values(Printed{"Cylinder", {.bend = shown::Bend::cylinder}, "is not flat: its points span 2.0"},
+                    Printed{"Sphere", {.bend = shown::Bend::sphere}, "is not flat: its points span 4.1"},
+                    Printed{"WiderSpacing", {.spacing = 0.32}, "its tags are 1.5"}),
+    [](const auto& each) { return std::string(each.param.name); });
+
+TEST(OtherwisePrintedBoard, ThatIsFlatIsTakenAsFlat) {
+  const GeometryFit fit = fitted(one_lens(kannala_brandt(), {}), {});
+  ASSERT_EQ(fit.boards.size(), 1U);
+  EXPECT_EQ(fit.boards[0].flatness_m, 0);
+  EXPECT_EQ(fit.boards[0].shape.spacing_change(), 0);
+  EXPECT_TRUE(fit.notes.empty()) << fit.notes[0];
+}
+
+TEST(OtherwisePrintedBoard, PicturesOfAnotherBoardAreNamedAndLeftOut) {
+  const GeometryFit fit = fitted(one_lens(kannala_brandt(), {.other_spacing_pictures = 3}), {});
+  ASSERT_EQ(fit.pictures.size(), 40U);
+  for (std::size_t i = 0; i < fit.pictures.size(); ++i) EXPECT_EQ(fit.pictures[i].other_board, i < 3) << i;
+  EXPECT_THAT(fit.notes, testing::Contains(testing::StartsWith("picture 2 was left out")));
+  EXPECT_LT(direction_error(kannala_brandt(), fit.lenses[0].model), 0.03 * kDegree);
+}
+
+LensParameters webcam() {
+  LensParameters lens;
+  lens.width = 640;
+  lens.height = 480;
+  lens.max_angle_rad = 33 * kDegree;
+  lens.pose_cv.rotation = upright_lens_cv();
+  // Without a sphere Mei's distortion is Brown's.
+  lens.model = MeiParameters{620, 621, 322, 238, 0, 0.05, -0.1, 1e-3, -5e-4};
+  return lens;
+}
+
+TEST(Webcam, DoesNotDetermineADoubleSphere) {
+  const Sightings s = one_lens(webcam(), {.noise_px = 0.1, .nearest_m = 0.3, .farthest_m = 0.7});
+  const Result<GeometryFit> fit = calibrate_geometry(s, {.kind = LensKind::double_sphere});
+  ASSERT_FALSE(fit) << "fx " << numbers_of(fit->lenses[0].model)[0] << " +- "
+                    << std::sqrt(fit->lenses[0].covariance[0]);
+  EXPECT_EQ(fit.status().code(), StatusCode::failed_precondition);
+  EXPECT_THAT(fit.status().message(),
+              HasSubstr("do not determine the numbers of the model double-sphere; they determine mei"));
+}
+
+TEST(Webcam, DeterminesMeiWhichHasBrownsDistortion) {
+  const Sightings s = one_lens(webcam(), {.noise_px = 0.1, .nearest_m = 0.3, .farthest_m = 0.7});
+  const GeometryFit fit = fitted(s, {.kind = LensKind::mei});
+  ASSERT_EQ(fit.lenses.size(), 1U);
+  EXPECT_NEAR(fit.bundle.sigma_px, 0.1, 0.01);
+  EXPECT_LT(direction_error(webcam(), fit.lenses[0].model), 0.05 * kDegree);
+}
+
 void expect_pair(const GeometryFit& fit, const Pose& truth) {
   const shown::PairError off = shown::pair_error(truth, fit.pair);
   EXPECT_LT(off.turn_rad, 0.1 * kDegree);

@@ -17,8 +17,22 @@ TEST(HundredCalibrations, KnowHowRightTheyAre) {
   EXPECT_EQ(trials.failed, 0);
   for (std::size_t i = 0; i < trials.within_3_sigma.size(); ++i)
     EXPECT_GE(trials.within_3_sigma[i], 95) << "number " << i << " of the model, within three deviations";
+  // A hundred errors tell their RMS to 7 %.
+  EXPECT_NEAR(trials.normalized_direction, 1, 0.1);
+  for (const double e : trials.normalized) EXPECT_NEAR(e, 1, 0.2);
+  EXPECT_EQ(trials.shaped, 0) << "a flat board is taken as flat";
   EXPECT_LT(*std::max_element(trials.focal.begin(), trials.focal.end()), 1e-3);
   EXPECT_LT(*std::max_element(trials.direction_rad.begin(), trials.direction_rad.end()), 0.05 * kDegree);
+}
+
+TEST(FortyCalibrations, KnowHowRightTheyAreWithOtherNoise) {
+  for (const Noise noise : {Noise::contaminated, Noise::by_picture, Noise::within_tag}) {
+    const Trials trials = lens_trials(calibration::LensKind::kannala_brandt, 40, {.noise = noise});
+    EXPECT_EQ(trials.failed, 0);
+    // Forty errors tell their RMS to 11 %.
+    EXPECT_NEAR(trials.normalized_direction, 1, 0.25) << static_cast<int>(noise);
+    for (const double e : trials.normalized) EXPECT_LT(e, 1.4) << static_cast<int>(noise);
+  }
 }
 
 TEST(TwentyPairs, KnowHowRightTheyAre) {

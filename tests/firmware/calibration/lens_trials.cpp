@@ -17,9 +17,12 @@ constexpr double kDegree = pi / 180;
 void count_within(const LensFit& fit, const ModelParameters& truth, Trials& out) {
   const std::vector<double> found = numbers_of(fit.model), wanted = numbers_of(truth);
   out.within_3_sigma.resize(wanted.size());
+  out.normalized.resize(wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i)
     out.within_3_sigma[i] +=
         std::abs(found[i] - wanted[i]) <= 3 * std::sqrt(fit.covariance[i * wanted.size() + i]) ? 1 : 0;
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    out.normalized[i] += std::pow(found[i] - wanted[i], 2) / fit.covariance[i * wanted.size() + i];
   out.focal.push_back(std::max(std::abs(found[0] / wanted[0] - 1), std::abs(found[1] / wanted[1] - 1)));
 }
 
@@ -71,6 +74,28 @@ double direction_error(const LensParameters& truth, const ModelParameters& found
   return std::sqrt(sum / count);
 }
 
+double seen_direction_error(const LensParameters& truth, const LensFit& found) {
+  LensParameters other = truth;
+  other.model = found.model;
+  other.max_angle_rad = pi;
+  const CameraModel a(truth), b(other);
+  double sum = 0;
+  int count = 0;
+  for (int i = 1; i <= 12; ++i) {
+    for (int j = 0; j < 8; ++j) {
+      const double theta = found.seen_rad * i / 12, phi = 2 * pi * j / 8;
+      const Vec3d d{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+      const auto pixel = a.project(d);
+      if (!pixel) continue;
+      const auto e = b.unproject(*pixel);
+      if (!e) continue;
+      sum += std::pow(angle_between(d, *e), 2);
+      ++count;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
 PairError pair_error(const Pose& truth, const Pose& found) {
   const Quat turn = found.rotation * truth.rotation.inverse();
   return {2 * std::asin(std::min(1.0, std::sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z))),
@@ -91,7 +116,13 @@ Trials lens_trials(LensKind kind, int count, const Show& show) {
     }
     out.direction_rad.push_back(direction_error(truth, fit->lenses[0].model));
     count_within(fit->lenses[0], truth.model, out);
+    const double deviation = fit->lenses[0].direction_uncertainty_rad / 3;
+    out.normalized_direction += std::pow(seen_direction_error(truth, fit->lenses[0]) / deviation, 2);
+    out.shaped += fit->boards[0].spacing_sigma > 0 ? 1 : 0;
   }
+  const double done = out.count - out.failed;
+  for (double& sum : out.normalized) sum = std::sqrt(sum / done);
+  out.normalized_direction = std::sqrt(out.normalized_direction / done);
   return out;
 }
 

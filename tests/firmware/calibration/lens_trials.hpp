@@ -22,11 +22,17 @@ struct PairError {
 };
 [[nodiscard]] PairError pair_error(const Pose& truth, const Pose& found);
 
+/// RMS over the angles that were seen, as LensFit::direction_uncertainty_rad is.
+[[nodiscard]] double seen_direction_error(const LensParameters& truth, const calibration::LensFit& found);
+
 struct Trials {
   int count = 0, failed = 0;
   std::vector<double> direction_rad;     ///< By trial.
   std::vector<double> focal;             ///< By trial, the larger relative error of fx and fy.
   std::vector<int> within_3_sigma;       ///< By number of the model, in how many trials.
+  std::vector<double> normalized;        ///< By number of the model, RMS of its errors in standard deviations.
+  double normalized_direction = 0;       ///< Of directions up to the edge that was seen, RMS likewise.
+  int shaped = 0;                        ///< In how many trials the board was taken to have a shape of its own.
   std::vector<PairError> pair;           ///< By trial, of a pair.
   std::vector<int> pair_within_3_sigma;  ///< Turn about x, y, z, shift along x, y, z.
 };

@@ -31,13 +31,23 @@ class Shower {
   /// What of a board lands on the picture, facing the lens.
   void add(const LensParameters& lens, const Board& board, int number, const Pose& lens_from_board, Picture& out) {
     const CameraModel camera(lens);
+    const double noise = noise_of(out.capture);
+    double shared_x = 0, shared_y = 0;
+    std::size_t tag = board.points.size();
     for (std::size_t k = 0; k < board.points.size(); ++k) {
       const Vec3d p = transformed(lens_from_board, board.points[k]);
       // The printed side looks along -z, to whoever has it in front.
       if (dot(rotate(lens_from_board.rotation, Vec3d{0, 0, 1}), normalized(p)) < std::cos(75 * pi / 180)) continue;
       const auto pixel = camera.project(p);
       if (!pixel) continue;
-      PixelPosition seen{pixel->x + show_.noise_px * normal_(random_), pixel->y + show_.noise_px * normal_(random_)};
+      double each = noise;
+      if (show_.noise == Noise::contaminated) each *= uniform(0, 1) < 0.1 ? 3 / std::sqrt(1.8) : 1 / std::sqrt(1.8);
+      PixelPosition seen{pixel->x + each * normal_(random_), pixel->y + each * normal_(random_)};
+      if (show_.noise == Noise::within_tag) {
+        if (k / 4 != tag) shared_x = normal_(random_), shared_y = normal_(random_), tag = k / 4;
+        seen = {pixel->x + std::sqrt(0.5) * (seen.x - pixel->x + noise * shared_x),
+                pixel->y + std::sqrt(0.5) * (seen.y - pixel->y + noise * shared_y)};
+      }
       if (uniform(0, 1) < show_.wrong_share) seen = {uniform(0, lens.width - 1.0), uniform(0, lens.height - 1.0)};
       if (seen.x < 0 || seen.y < 0 || seen.x > lens.width - 1 || seen.y > lens.height - 1) continue;
       out.sightings.push_back({number, static_cast<int>(k), seen});
@@ -55,6 +65,11 @@ class Shower {
   }
 
  private:
+  [[nodiscard]] double noise_of(int capture) const {
+    if (show_.noise != Noise::by_picture) return show_.noise_px;
+    return show_.noise_px * (capture % 3 == 0 ? 3 : 1) / std::sqrt((9 + 1 + 1) / 3.0);
+  }
+
   Show show_;
   std::mt19937 random_;
   std::normal_distribution<double> normal_;
@@ -62,15 +77,37 @@ class Shower {
 
 }  // namespace
 
-Board board() {
-  constexpr double kTag = 0.03, kStep = 0.039;
+Board board(double spacing) {
+  constexpr double kTag = 0.03;
+  const double step = kTag * (1 + spacing);
   Board out{"board", {}, 4};
   for (int row = 0; row < 6; ++row)
     for (int column = 0; column < 6; ++column)
       for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}})
-        out.points.push_back({column * kStep + x * kTag, row * kStep + y * kTag, 0});
+        out.points.push_back({column * step + x * kTag, row * step + y * kTag, 0});
   return out;
 }
+
+namespace {
+
+/// The board bent to a part of a cylinder or a sphere, distances along it kept.
+Board bent(Board flat, const Show& show) {
+  if (show.bend == Bend::none) return flat;
+  // The last tag's upper right corner is the last but one.
+  const Vec3d last = flat.points[flat.points.size() - 2], middle = (flat.points.front() + last) * 0.5;
+  const double half = last.x - middle.x;
+  const double radius = half * half / (2 * show.bend_m);
+  for (Vec3d& p : flat.points) {
+    const double dx = p.x - middle.x, dy = show.bend == Bend::sphere ? p.y - middle.y : 0, along = std::hypot(dx, dy);
+    if (along == 0) continue;
+    const double shorter = radius * std::sin(along / radius) / along;
+    p = {middle.x + dx * shorter, show.bend == Bend::sphere ? middle.y + dy * shorter : p.y,
+         radius * (1 - std::cos(along / radius))};
+  }
+  return flat;
+}
+
+}  // namespace
 
 Sightings one_lens(const LensParameters& lens, const Show& show) {
   Shower shower(show);
@@ -83,7 +120,8 @@ Sightings one_lens(const LensParameters& lens, const Show& show) {
     picture.capture = i;
     // From the axis to the edge and a little beyond, so that the edge itself is seen.
     const double theta = lens.max_angle_rad * (i + 0.5) / show.pictures;
-    shower.add(lens, out.boards[0], 0, shower.before(out.boards[0], theta), picture);
+    const Board shown = bent(board(i < show.other_spacing_pictures ? 0.4 : show.spacing), show);
+    shower.add(lens, shown, 0, shower.before(shown, theta), picture);
     out.pictures.push_back(std::move(picture));
   }
   return out;

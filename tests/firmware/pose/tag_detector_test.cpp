@@ -11,6 +11,7 @@
 
 #include "firmware/pose/tags_around.hpp"
 #include "pose/corner_refiner.hpp"
+#include "pose/rectified_view.hpp"
 
 namespace lightwell {
 namespace {
@@ -191,6 +192,17 @@ TEST(TagDetector, OptionsThatMeanNothingAreRefused) {
               HasSubstr("finite"));
   EXPECT_THAT(refused([&](auto& o) { o.rectify_beyond_rad = kNan; }), HasSubstr("rectify_beyond_rad"));
   EXPECT_THAT(refused([](auto& o) { o.threads = 0; }), HasSubstr("threads"));
+}
+
+TEST(RectifiedViews, AreNoneOfALensWhoseModelGoesOnBeyondItsPicture) {
+  LensParameters webcam;
+  webcam.width = 640;
+  webcam.height = 480;
+  webcam.model = KannalaBrandtParameters{620, 620, 319.5, 239.5, 0, 0, 0, 0};
+  webcam.max_angle_rad = 3;
+  // Its corners are 37 degrees from the axis.
+  EXPECT_TRUE(views_of(CameraModel(webcam), 640, 480, 0.7).empty());
+  EXPECT_FALSE(views_of(CameraModel(webcam), 1280, 960, 0.7).empty());
 }
 
 }  // namespace

@@ -37,28 +37,39 @@ TagBoard small_board() {
   return board;
 }
 
-/// A folder of pictures of the board, all over the field of a lens of 190 degrees, taken by a sensor of 8 bits with
+LensParameters webcam() {
+  LensParameters lens = test::fisheye_lens(kEdge);
+  lens.width = 640;
+  lens.height = 480;
+  lens.max_angle_rad = 33 * kDegree;
+  // Without a sphere Mei's distortion is Brown's.
+  lens.model = MeiParameters{620, 621, 322, 238, 0, 0.05, -0.1, 0, 0};
+  return lens;
+}
+
+/// A folder of pictures of the board, all over the field of a lens (of 190 degrees), taken by a sensor of 8 bits with
 /// noise and blur.
 struct Shown {
   TempDir folder;
-  LensParameters truth = test::fisheye_lens(kEdge);
+  LensParameters truth;
   std::string board, pictures;
 
-  Shown() {
+  explicit Shown(const LensParameters& lens = test::fisheye_lens(kEdge), double largest_deg = 88, double near_m = 0.14)
+      : truth(lens) {
     const TagBoard tags = small_board();
     board = folder.write("board.yaml", tag_board_to_text(tags));
     pictures = folder.path("pictures");
     std::filesystem::create_directory(pictures);
     const test::BoardCamera camera(truth);
     for (int i = 0; i < kPictures; ++i) {
-      const Vec3d to = test::direction_at(88.0 * (i + 0.5) / kPictures, 137.5 * i);
+      const Vec3d to = test::direction_at(largest_deg * (i + 0.5) / kPictures, 137.5 * i);
       const auto tangents = tangent_basis(to);
       const double tilt = (i % 2 == 0 ? 1 : -1) * (15 + 20 * (i % 3)) * kDegree;
       const Vec3d towards = -to * std::cos(tilt) + tangents[static_cast<std::size_t>(i / 2 % 2)] * std::sin(tilt);
       test::PictureOptions options;
       options.seed = static_cast<std::uint64_t>(i + 1);
       options.srgb = true;
-      const test::PlacedBoard placed = test::board_facing(tags, to * (0.14 + 0.02 * (i % 4)), towards, 0.9 * i);
+      const test::PlacedBoard placed = test::board_facing(tags, to * (near_m + 0.02 * (i % 4)), towards, 0.9 * i);
       const auto taken = camera.take({}, std::span(&placed, 1), options);
       Image image;
       image.width = taken.width;
@@ -88,6 +99,9 @@ TEST(CalibrateGeometry, FindsTheLensThatTookThePictures) {
   EXPECT_LT(shown::direction_error(s.truth, rig->lenses[0].model), 0.05 * kDegree)
       << "RMS over the lens up to its edge";
   EXPECT_NEAR(rig->lenses[0].max_angle_rad, 95 * kDegree, 1e-9);
+  EXPECT_EQ(rig->lenses[0].photometry.response.kind, ResponseCurve::Kind::srgb) << "as the pictures were read";
+  EXPECT_THAT(said.out, HasSubstr("\"flatness_mm\""));
+  EXPECT_THAT(said.out, HasSubstr("\"other_board\": false"));
   const Result<Image> report = read_image(out.path("report.png"));
   ASSERT_TRUE(report) << report.status().message();
   EXPECT_GT(report->width, 400);
@@ -115,6 +129,28 @@ TEST(CalibrateGeometry, FindsTheLensThatTookThePictures) {
   }
 }
 
+TEST(CalibrateGeometry, NamesPicturesThatShowNothingAndABoardThatIsOtherwise) {
+  const Shown& s = shown_board();
+  const TempDir out;
+  Image empty;
+  empty.width = empty.height = kEdge;
+  empty.data.assign(std::size_t{3} * kEdge * kEdge, std::byte{128});
+  ASSERT_TRUE(write_png(out.path("wall.png"), empty).ok());
+  TagBoard stated = small_board();
+  stated.spacing = 0.32;
+  const Said said = run(geometry_command, {"--board", out.write("stated.yaml", tag_board_to_text(stated)), "--lens0",
+                                           s.pictures, out.path("wall.png"), "--output", out.path("rig.textproto")});
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.err, HasSubstr("wall.png shows no tag of a board"));
+  EXPECT_THAT(said.err, HasSubstr("stated.yaml': its tags are -1.5"));
+  EXPECT_THAT(said.out, HasSubstr("pictures were read with the response: sRGB"));
+  const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
+  ASSERT_TRUE(rig) << rig.status().message();
+  LensParameters seen = s.truth;
+  seen.max_angle_rad = 80 * kDegree;
+  EXPECT_LT(shown::direction_error(seen, rig->lenses[0].model), 0.05 * kDegree);
+}
+
 TEST(CalibrateGeometry, OtherModelsOfTheSameLensAgree) {
   const Shown& s = shown_board();
   const TempDir out;
@@ -129,6 +165,29 @@ TEST(CalibrateGeometry, OtherModelsOfTheSameLensAgree) {
     seen.max_angle_rad = 80 * kDegree;
     EXPECT_LT(shown::direction_error(seen, rig->lenses[0].model), 0.3 * kDegree) << model;
   }
+}
+
+TEST(CalibrateGeometry, AWebcamDeterminesMeiAndNoDoubleSphere) {
+  const Shown s(webcam(), 20, 0.25);
+  const TempDir out;
+  const std::vector<std::string> words = {
+      "--board", s.board, "--lens0", s.pictures, "--output", out.path("rig.textproto"), "--model"};
+  const auto with = [&](const char* model) {
+    std::vector<std::string> all = words;
+    all.emplace_back(model);
+    return run(geometry_command, all);
+  };
+  const Said refused = with("double-sphere");
+  EXPECT_EQ(refused.status, 1) << refused.out;
+  EXPECT_THAT(refused.err, HasSubstr("do not determine the numbers of the model double-sphere; they determine"));
+  EXPECT_FALSE(std::filesystem::exists(out.path("rig.textproto"))) << "nothing is written";
+  const Said said = with("mei");
+  ASSERT_EQ(said.status, 0) << said.err;
+  const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
+  ASSERT_TRUE(rig) << rig.status().message();
+  LensParameters seen = s.truth;
+  seen.max_angle_rad = 25 * kDegree;
+  EXPECT_LT(shown::direction_error(seen, rig->lenses[0].model), 0.02 * kDegree);
 }
 
 TEST(CalibrateGeometry, CoverageSaysWhatIsLacking) {
