@@ -24,6 +24,7 @@ TARGETS = [
 ]
 
 SIGHTINGS = "simulated sightings, 40 pictures, 0.2 px, 100 seeds"
+BENT = "simulated sightings of a board bent by 2 mm, or of spacing 0.32 that says 0.3; 25 seeds"
 LENSES = "published intrinsics beyond 180 deg"
 SENSOR = "simulated sensor, 100 seeds"
 
@@ -57,6 +58,14 @@ def lines_of(command, say):
     if done.returncode:
         return {}
     return {item["figure"]: item for item in map(json.loads, done.stdout.splitlines())}
+
+
+def normalized(rows, name, get):
+    """Errors in standard deviations, RMS: of directions, and the mean over the model's numbers. 1 is honest."""
+    for what in ("direction", "mean"):
+        figure = get(f"normalized.{what}")
+        rows.append(at_least(f"{name}: error / sigma, {what}, at least", 0.9, figure, "", SIGHTINGS))
+        rows.append(at_most(f"{name}: error / sigma, {what}, at most", 1.1, figure, "", SIGHTINGS))
 
 
 def geometry(programs, say):
@@ -93,12 +102,20 @@ def geometry(programs, say):
                 SIGHTINGS,
             )
         )
+        normalized(rows, name, get)
         if kind == "kannala_brandt":
             rows.append(at_most(f"{name}: focal length, median", 0.1, percent(get("focal.median")), "%", SIGHTINGS))
             rows.append(at_most(f"{name}: focal length, largest", 0.1, percent(get("focal.largest")), "%", SIGHTINGS))
         else:
             # It goes with xi, and only the two together are known well: README of geometry.
             rows.append(reported(f"{name}: focal length, median", percent(get("focal.median")), "%", SIGHTINGS))
+    for noise in ("contaminated", "by_picture", "within_tag"):
+        get = lambda figure: values.get(f"geometry.noise.{noise}.{figure}")
+        normalized(rows, f"noise {noise.replace('_', ' ')}", get)
+    for board in ("cylinder", "sphere", "spacing"):
+        get = lambda figure: values.get(f"geometry.board.{board}.{figure}")
+        rows.append(at_least(f"board {board}: share in which it is found and fitted", 1, get("shaped"), "", BENT))
+        rows.append(at_most(f"board {board}: directions, largest", 0.05, get("direction_deg.largest"), "deg", BENT))
     pair = lambda figure: values.get(f"geometry.pair.{figure}")
     real = "simulated sightings of four boards, 40 captures, 0.2 px, 100 seeds"
     rows.append(equals("pair: calibrations that failed", 0, pair("failed"), "", real))

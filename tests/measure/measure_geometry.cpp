@@ -1,6 +1,7 @@
 // Calibrates simulated lenses many times and prints how right the answers are and whether they know: one JSON object a
 // line for tests/figures (figure, value, and what else is worth knowing).
-//   measure_geometry [TRIALS]     100 of each kind of lens, and of pairs
+//   measure_geometry [TRIALS]     100 of each kind of lens, of noise and of pairs, 25 of each board that is not as it
+//   says
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -80,7 +81,7 @@ int main(int argc, char** argv) {
                                                         {"spacing", {.spacing = 0.32}}};
   for (const auto& [name, show] : boards) {
     std::fprintf(stderr, "measure_geometry: board %s\n", name);
-    const shown::Trials t = shown::lens_trials(LensKind::kannala_brandt, trials, show);
+    const shown::Trials t = shown::lens_trials(LensKind::kannala_brandt, (trials + 3) / 4, show);
     const std::string prefix = std::string("geometry.board.") + name + ".";
     print(prefix + "direction_deg.largest", largest(t.direction_rad) / kDegree);
     print_normalized(prefix, t);

@@ -25,14 +25,12 @@ TEST(HundredCalibrations, KnowHowRightTheyAre) {
   EXPECT_LT(*std::max_element(trials.direction_rad.begin(), trials.direction_rad.end()), 0.05 * kDegree);
 }
 
-TEST(FortyCalibrations, KnowHowRightTheyAreWithOtherNoise) {
-  for (const Noise noise : {Noise::contaminated, Noise::by_picture, Noise::within_tag}) {
-    const Trials trials = lens_trials(calibration::LensKind::kannala_brandt, 40, {.noise = noise});
-    EXPECT_EQ(trials.failed, 0);
-    // Forty errors tell their RMS to 11 %.
-    EXPECT_NEAR(trials.normalized_direction, 1, 0.25) << static_cast<int>(noise);
-    for (const double e : trials.normalized) EXPECT_LT(e, 1.4) << static_cast<int>(noise);
-  }
+TEST(FortyCalibrations, KnowHowRightTheyAreThoughCornersOfATagGoTogether) {
+  const Trials trials = lens_trials(calibration::LensKind::kannala_brandt, 40, {.noise = Noise::within_tag});
+  EXPECT_EQ(trials.failed, 0);
+  // Forty errors tell their RMS to 11 %; taken as independent the corners would make it 1.6.
+  EXPECT_NEAR(trials.normalized_direction, 1, 0.25);
+  for (const double e : trials.normalized) EXPECT_LT(e, 1.4);
 }
 
 TEST(TwentyPairs, KnowHowRightTheyAre) {
