@@ -212,7 +212,7 @@ TEST_F(PhotometryCommand, AWrongInputIsNamedAndNothingIsReplaced) {
   EXPECT_THAT(refused({"--lamp", at("flat")}), HasSubstr("no lamp stands out"));
   EXPECT_THAT(refused({"--grey", at("card/0.png") + ":600,200,120,80"}), HasSubstr("outside the picture"));
   EXPECT_THAT(refused({"--dark", at("dark"), "--lens", "2"}), HasSubstr("--lens 2"));
-  EXPECT_THAT(refused({"--dark", at("dark"), "--report", at("no/report.png")}), HasSubstr("cannot write"));
+  EXPECT_THAT(refused({"--dark", at("dark"), "--report", at("no/report.png")}), HasSubstr("cannot be written"));
   fs::create_directories(at("small"));
   ASSERT_TRUE(write_png(at("small/0.png"), {16, 16, PixelFormat::rgb8, std::vector<std::byte>(768)}).ok());
   folder_->write("small/frames.csv", "file,exposure_s,time_s\n0.png,0.01,0\n");
