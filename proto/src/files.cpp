@@ -79,7 +79,11 @@ void push_names(std::vector<std::string>& names, std::string_view path) {
 }
 
 OpenFile start_of(std::string_view path) {
-  return OpenFile(::open(path.starts_with('/') ? "/" : ".", O_PATH | O_DIRECTORY | O_CLOEXEC));
+  constexpr int kFlags = O_PATH | O_DIRECTORY | O_CLOEXEC;
+  if (!path.starts_with('/')) return OpenFile(::open(".", kFlags));
+  // The root of this process whatever the path "/" is mapped to: qemu-user with -L maps it to the sysroot.
+  const int root = ::open("/proc/self/root", kFlags);
+  return OpenFile(root >= 0 ? root : ::open("/", kFlags));
 }
 
 Result<Place> find(const std::string& path, FinalLink final_link, Parents parents = Parents::expect,
