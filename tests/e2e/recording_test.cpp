@@ -40,7 +40,8 @@ class RecordingTest : public ::testing::Test {
     return both;
   }
 
-  /// Records frames while a client looks on, then plays them to another client.
+  /// Records frames while a client looks on, then plays them to another client. What a descriptor holds of earlier
+  /// captures is the same only where none is lost: the frame rates leave a busy machine time for each.
   void records_and_replays(const DaemonOptions& original, std::size_t captures) {
     const std::string file = folder_.path("frames.lwrec");
     DaemonOptions recording = original;
@@ -65,12 +66,12 @@ class RecordingTest : public ::testing::Test {
 };
 
 TEST_F(RecordingTest, ReplayedFramesGiveTheSameDescriptors) {
-  records_and_replays({.camera = camera("?turn=30deg/s&sensor=rgb8")}, 60);
+  records_and_replays({.camera = camera("?turn=30deg/s&sensor=rgb8"), .frame_rate = 15}, 60);
 }
 
 TEST_F(RecordingTest, ReplayedBracketsGiveTheSameDescriptors) {
   records_and_replays(
-      {.camera = camera("?turn=30deg/s&sensor=rgb8"), .frame_rate = 60, .exposure_s = {0.00002, 0.0005, 0.01}}, 40);
+      {.camera = camera("?turn=30deg/s&sensor=rgb8"), .frame_rate = 24, .exposure_s = {0.00002, 0.0005, 0.01}}, 40);
 }
 
 TEST_F(RecordingTest, ReplayedIdealFramesGiveTheSameDescriptors) {

@@ -1,16 +1,13 @@
 """Topic repairs: what outside readers found wrong, each as a statement that a test or a command shows."""
-import json
 import os
-import pathlib
 import subprocess
 import tempfile
-import xml.etree.ElementTree
 
 from figure_topics.rows import at_most, equals, reported
+from figure_topics.tests import ROOT, run_test
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Tests of ctest are programs all over the tree.
-TARGETS = ["all"]
+TEST_TARGETS = ["all"]
 
 # What is promised; the test of ctest that shows it; which of its Google Tests, where it is not all.
 PROMISES = [
@@ -75,36 +72,11 @@ PROMISES = [
 ]
 
 
-def passed(build, name, chosen):
-    """1 where ctest's test ran and passed, and with it at least one of the chosen Google Tests."""
-    with tempfile.TemporaryDirectory() as folder:
-        report, tests = pathlib.Path(folder) / "junit.xml", pathlib.Path(folder) / "gtest.json"
-        environment = dict(os.environ)
-        if chosen:
-            environment |= {"GTEST_FILTER": chosen, "GTEST_OUTPUT": f"json:{tests}"}
-        subprocess.run(["ctest", "--test-dir", build, "-R", f"^{name}$", "--output-junit", report], env=environment,
-                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        if not report.exists():
-            return None
-        cases = [case for case in xml.etree.ElementTree.parse(report).getroot().iter("testcase")
-                 if case.get("name") == name]
-        if not cases:
-            return None
-        if any(case.get("status") != "run" for case in cases):
-            return 0
-        if not chosen:
-            return 1
-        counts = json.loads(tests.read_text()) if tests.exists() else {"testsuites": []}
-        ran = [test for suite in counts["testsuites"] for test in suite["testsuite"] if test["status"] == "RUN"]
-        skipped = [test for test in ran if test.get("result") == "SKIPPED"]
-        return 1 if ran and not skipped else 0
-
-
-def promises(build, say):
+def promises(say):
     rows = []
     for name, test, chosen, real in PROMISES:
         say(f"{test} {chosen or ''}")
-        rows.append(equals(f"{name}: {test} {chosen or ''}".strip(), 1, passed(build, test, chosen), "", real))
+        rows.append(equals(f"{name}: {test} {chosen or ''}".strip(), 1, run_test(test, chosen)["passed"], "", real))
     return rows
 
 
@@ -131,5 +103,5 @@ def demo(say):
     return rows
 
 
-def measure(programs, say):
-    return promises(programs.parent, say) + demo(say)
+def measure(_, say):
+    return promises(say) + demo(say)
