@@ -18,6 +18,7 @@ HIGHEST_BAND = 6
 COEFFICIENTS = (HIGHEST_BAND + 1) ** 2
 MANTISSA = 8191
 COVARIANCE_MANTISSA = 63
+DEEPEST = 100  # groups and messages in one another, the outermost message aside
 LOWEST_EXPONENT, HIGHEST_EXPONENT = -150, 100
 LIGHTS, LEVELS, TEXELS = 64, 8, 8192
 EDGES = (8, 16, 32, 64)
@@ -101,8 +102,9 @@ def _piece(data, at, size):
     return data[at:at + size], at + size
 
 
-def _payload(data, at, number, wire_type):
-    """What follows a tag: an int for varints, bytes for types 1, 2 and 5, None for groups; and the position behind."""
+def _payload(data, at, number, wire_type, depth):
+    """What follows a tag: an int for varints, bytes for types 1, 2 and 5, None for groups; and the position behind.
+    `depth`: how many messages lie about the one that holds the field."""
     if wire_type == VARINT:
         return _varint(data, at)
     if wire_type == EIGHT_BYTES:
@@ -113,15 +115,16 @@ def _payload(data, at, number, wire_type):
         size, at = _varint(data, at)
         return _piece(data, at, size)
     _require(wire_type == GROUP_BEGINS, "the end of a group that did not begin")
-    open_groups = [number]  # a list instead of recursion: groups may be nested thousands deep in 64 KiB
+    open_groups = [number]
     while open_groups:
+        _require(depth + len(open_groups) <= DEEPEST, f"groups and messages nested more than {DEEPEST} deep")
         number, wire_type, at = _tag(data, at)
         if wire_type == GROUP_BEGINS:
             open_groups.append(number)
         elif wire_type == GROUP_ENDS:
             _require(open_groups.pop() == number, "the end of another group than the innermost")
         else:
-            _, at = _payload(data, at, number, wire_type)
+            _, at = _payload(data, at, number, wire_type, depth)
     return None, at
 
 
@@ -154,13 +157,13 @@ def _empty(message_type):
     return fields
 
 
-def _parse(data, message_type, into=None):
+def _parse(data, message_type, into=None, depth=0):
     """The fields of one message, by name; merged into `into` where that is given."""
     fields = _empty(message_type) if into is None else into
     at = 0
     while at < len(data):
         number, wire_type, at = _tag(data, at)
-        payload, at = _payload(data, at, number, wire_type)
+        payload, at = _payload(data, at, number, wire_type, depth)
         if number not in SCHEMA[message_type]:
             continue
         name, kind, repeated = SCHEMA[message_type][number]
@@ -173,9 +176,9 @@ def _parse(data, message_type, into=None):
             continue
         elif kind in SCHEMA:
             if repeated:
-                fields[name].append(_parse(payload, kind))
+                fields[name].append(_parse(payload, kind, depth=depth + 1))
             else:
-                fields[name] = _parse(payload, kind, fields[name])
+                fields[name] = _parse(payload, kind, fields[name], depth + 1)
         elif repeated:
             fields[name].append(_single(kind, payload))
         else:

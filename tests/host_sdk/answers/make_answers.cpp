@@ -295,6 +295,37 @@ std::string mutated(std::string bytes, const std::string& other, std::mt19937& r
   return bytes;
 }
 
+/// Groups with the number 100, each but the first in another.
+std::string nested_groups(std::size_t depth) {
+  std::string bytes;
+  for (std::size_t k = 0; k < depth; ++k) bytes += "\xA3\x06";
+  for (std::size_t k = 0; k < depth; ++k) bytes += "\xA4\x06";
+  return bytes;
+}
+
+/// Messages with groups as deep as a reader takes them and deeper, beside the fields and in the field `time`.
+std::vector<std::string> nested_mutants(const std::string& message) {
+  constexpr char kTimeTag = 3 * 8 + 2;
+  std::vector<std::string> mutants;
+  for (const std::size_t depth : {1, 60, 62, 63, 98, 99, 100, 101, 102, 1000}) {
+    mutants.push_back(message + nested_groups(depth));
+    const std::string inner = nested_groups(depth);
+    std::string length;
+    std::size_t rest = inner.size();
+    for (; rest >= 128; rest >>= 7) length += static_cast<char>(rest % 128 + 128);
+    mutants.push_back(message + kTimeTag + length + static_cast<char>(rest) + inner);
+  }
+  return mutants;
+}
+
+void write_mutant(std::ofstream& out, const std::string& bytes, Vec3f n) {
+  Result<Descriptor> d = decode_descriptor(as_bytes(bytes));
+  out << "mutant " << to_string(d.status().code()) << ' ' << hex_of(bytes) << '\n';
+  if (!d.ok()) return;
+  out << "flags " << bits_of(d->flags) << '\n';
+  out << "irradiance" << numbers(n) << numbers(Lighting::of(std::move(*d)).irradiance(n).value) << '\n';
+}
+
 void write_mutants(const std::string& path, const std::vector<std::string>& messages) {
   constexpr std::size_t kLongest = 1000, kOfEach = 400;
   std::ofstream out(path);
@@ -303,13 +334,9 @@ void write_mutants(const std::string& path, const std::vector<std::string>& mess
     if (messages[m].size() > kLongest) continue;
     for (std::size_t k = 0; k < kOfEach; ++k) {
       const std::string bytes = mutated(messages[m], messages[k % messages.size()], random);
-      Result<Descriptor> d = decode_descriptor(as_bytes(bytes));
-      out << "mutant " << to_string(d.status().code()) << ' ' << hex_of(bytes) << '\n';
-      if (!d.ok()) continue;
-      out << "flags " << bits_of(d->flags) << '\n';
-      const Vec3f n = directions()[k % 10];
-      out << "irradiance" << numbers(n) << numbers(Lighting::of(std::move(*d)).irradiance(n).value) << '\n';
+      write_mutant(out, bytes, directions()[k % 10]);
     }
+    for (const std::string& bytes : nested_mutants(messages[m])) write_mutant(out, bytes, directions()[0]);
   }
   if (!out.flush()) throw std::runtime_error("cannot write " + path);
 }
