@@ -26,12 +26,12 @@ namespace lightwell {
 namespace {
 
 /// Rendering ahead can take a minute, and a daemon that says nothing for so long looks dead.
-Result<std::unique_ptr<CameraBackend>> make_talking_sim(const CameraUri& uri, const CameraConfig& config) {
+Result<std::unique_ptr<CameraBackend>> make_sim_with_progress(const CameraUri& uri, const CameraConfig& config) {
   Result<SimOptions> options = parse_sim_options(uri, config);
   if (!options) return options.status();
   auto camera = std::make_unique<SimBackend>(std::move(*options));
   camera->on_progress([next_quarter = 0](double share) mutable {
-    if (stop_signal_waits()) {
+    if (stop_signal_pending()) {
       log_info("asked to stop while rendering ahead");
       std::_Exit(0);  // Nothing has begun that would have to be ended.
     }
@@ -48,7 +48,7 @@ Result<std::unique_ptr<CameraBackend>> make_talking_sim(const CameraUri& uri, co
 std::span<const BackendEntry> backend_table() {
   static constexpr std::array kTable = {
       BackendEntry{"sim", "sim:SCENE?sensor=rgb8&turn=30deg/s  a panorama seen through a simulated rig",
-                   &make_talking_sim},
+                   &make_sim_with_progress},
 #ifndef LIGHTWELL_WITHOUT_REPLAY
       BackendEntry{"replay", "replay:PATH  a recording of lightwelld --record, or a directory of images",
                    &make_replay_backend},

@@ -49,13 +49,13 @@ bool BracketSlot::take(Bracket& out) {
   if (closed_) return false;
   out = std::move(whole_);
   lock.unlock();
-  room_.notify_one();
+  space_available_.notify_one();
   return true;
 }
 
-bool BracketSlot::wait_for_room(std::stop_token stop) {
+bool BracketSlot::wait_for_space(std::stop_token stop) {
   std::unique_lock lock(mutex_);
-  return room_.wait(lock, std::move(stop), [this] { return !closed_ && whole_.empty(); });
+  return space_available_.wait(lock, std::move(stop), [this] { return !closed_ && whole_.empty(); });
 }
 
 void BracketSlot::close() {

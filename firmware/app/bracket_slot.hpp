@@ -45,7 +45,7 @@ class BracketSlot final : public FrameSink {
  public:
   void push(Frame frame) override;
   /// Until the whole bracket that waits was taken. After close(), until `stop`.
-  [[nodiscard]] bool wait_for_room(std::stop_token stop) override;
+  [[nodiscard]] bool wait_for_space(std::stop_token stop) override;
 
   /// Waits for a whole bracket; false once close() was called.
   [[nodiscard]] bool take(Bracket& out);
@@ -63,7 +63,7 @@ class BracketSlot final : public FrameSink {
 
   mutable std::mutex mutex_;
   std::condition_variable ready_;
-  std::condition_variable_any room_;  ///< The one that waits with a stop_token.
+  std::condition_variable_any space_available_;  ///< The one that waits with a stop_token.
   Bracket filling_, whole_;
   Counts counts_;
   std::uint64_t last_sequence_ = 0;

@@ -17,7 +17,7 @@
 #include "app/service_manager.hpp"
 #include "camera/frame_recorder.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
-#include "link/access/exposure.hpp"
+#include "link/access/bind_policy.hpp"
 #include "link/grpc/grpc_link.hpp"
 #include "link/usb_gadget/usb_gadget_link.hpp"
 #ifndef LIGHTWELL_WITHOUT_MARKER
@@ -29,7 +29,7 @@ namespace lightwell {
 namespace {
 
 /// What is there before anything runs.
-struct Parts {
+struct DaemonComponents {
   std::unique_ptr<CameraBackend> camera;
   CameraInfo info;
   RigParameters rig;
@@ -57,7 +57,7 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
   if (!config.marker) {
     PanoramaOptions options;
     options.config = config.estimator;
-    options.probe_id = identity_of(config.probe_name);
+    options.probe_id = fnv1a_32(config.probe_name);
     options.grey_patch = config.grey_patch;
     return make_panorama_estimator(rig, options);
   }
@@ -78,7 +78,7 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
   if (!finder) return finder.status();
   MarkerOptions options;
   options.config = config.estimator;
-  options.probe_id = identity_of(config.probe_name);
+  options.probe_id = fnv1a_32(config.probe_name);
   // A mounting tells which way is up, and so on which of its faces the body stands.
   if (mounting) options.sampler.up = rotate(mounting->pose.rotation.inverse(), Vec3d{0, 1, 0});
   Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
@@ -88,8 +88,8 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
 #endif
 }
 
-Result<Parts> make_parts(const Config& config) {
-  Parts parts;
+Result<DaemonComponents> make_components(const Config& config) {
+  DaemonComponents parts;
   Result<std::unique_ptr<CameraBackend>> camera = make_backend(config.camera);
   if (!camera) return camera.status();
   parts.camera = std::move(*camera);
@@ -132,7 +132,7 @@ sigset_t stop_signals() {
 }
 
 /// One second, or less where a signal to stop comes.
-bool stop_asked() {
+bool take_stop_signal() {
   const sigset_t set = stop_signals();
   const timespec second{1, 0};
   return sigtimedwait(&set, nullptr, &second) > 0;
@@ -165,23 +165,23 @@ void block_stop_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-bool stop_signal_waits() {
+bool stop_signal_pending() {
   sigset_t waiting;
   sigpending(&waiting);
   return sigismember(&waiting, SIGINT) == 1 || sigismember(&waiting, SIGTERM) == 1;
 }
 
 Status check_daemon(const Config& config) {
-  if (const Status s = check_exposure(config.grpc); !s.ok()) return s;
-  return make_parts(config).status();
+  if (const Status s = check_bind_policy(config.grpc); !s.ok()) return s;
+  return make_components(config).status();
 }
 
 Status run_daemon(const Config& config) {
-  Result<Parts> parts = make_parts(config);
+  Result<DaemonComponents> parts = make_components(config);
   if (!parts) return parts.status();
 
   ProbeIdentity identity{config.probe_name,
-                         identity_of(config.probe_name),
+                         fnv1a_32(config.probe_name),
                          calibration_identity(parts->rig),
                          std::string(kFirmwareVersion),
                          parts->info.name,
@@ -210,41 +210,41 @@ Status run_daemon(const Config& config) {
   for (const auto& link : pipeline.publisher().links())
     std::cout << "lightwelld: listening on " << link->address() << std::endl;
   notify_ready("looking");
-  NetworkWatch network(config, pipeline.status(), pipeline.publisher());
+  NetworkMonitor network(config, pipeline.status(), pipeline.publisher());
 
-  std::string told_error;
-  std::uint64_t told_faults = 0;
-  bool told_end = false, told_beyond = false, told_lost = false;
-  Setting told_setting = config.estimator.setting;
-  while (!stop_asked()) {
+  std::string logged_error;
+  std::uint64_t logged_faults = 0;
+  bool logged_end = false, logged_over_budget = false, logged_lost = false;
+  Setting logged_setting = config.estimator.setting;
+  while (!take_stop_signal()) {
     const StatusSnapshot status = pipeline.status();
     notify_status(one_line(status));
-    network.look();
-    if (const std::string e = pipeline.last_error(); e != told_error) {
+    network.poll();
+    if (const std::string e = pipeline.last_error(); e != logged_error) {
       log_error(e);
-      told_error = e;
+      logged_error = e;
     }
-    if (recorder && recorder->faults() != told_faults) {
-      told_faults = recorder->faults();
+    if (recorder && recorder->faults() != logged_faults) {
+      logged_faults = recorder->faults();
       log_error("recording: " + recorder->last_error().message() + "; the probe goes on without it");
     }
-    if (const Setting now = pipeline.setting(); now != told_setting) {
-      log_info("budget: setting " + std::string(to_string(told_setting)) + " -> " + std::string(to_string(now)));
-      told_setting = now;
+    if (const Setting now = pipeline.setting(); now != logged_setting) {
+      log_info("budget: setting " + std::string(to_string(logged_setting)) + " -> " + std::string(to_string(now)));
+      logged_setting = now;
     }
-    if (const std::optional<double> ms = pipeline.beyond_budget_ms(); ms && !told_beyond) {
+    if (const std::optional<double> ms = pipeline.over_budget_ms(); ms && !logged_over_budget) {
       log_error(beyond_budget(*ms, config.budget_ms));
-      told_beyond = true;
+      logged_over_budget = true;
     }
     const CameraBackend::State state = parts->camera->state();
-    if (const bool lost = state == CameraBackend::State::lost; lost != told_lost) {
-      told_lost = lost;
+    if (const bool lost = state == CameraBackend::State::lost; lost != logged_lost) {
+      logged_lost = lost;
       lost ? log_error("the camera went away") : log_info("the camera is back");
     }
     if (state == CameraBackend::State::finished) {
       // Once more around: a second in which the last capture is estimated and reaches the clients.
-      if (told_end) break;
-      told_end = true;
+      if (logged_end) break;
+      logged_end = true;
       log_info("the recording has come to its end");
     }
   }

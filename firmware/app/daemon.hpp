@@ -14,7 +14,7 @@ inline constexpr std::string_view kFirmwareVersion = LIGHTWELL_VERSION;
 /// Blocks SIGINT and SIGTERM in this thread and all that follow; call first.
 void block_stop_signals();
 /// One of them has come and waits to be taken. Any thread.
-[[nodiscard]] bool stop_signal_waits();
+[[nodiscard]] bool stop_signal_pending();
 
 /// Until SIGINT or SIGTERM, or until the camera has ended and every client could have the last descriptor. Logs to
 /// stderr; prints "lightwelld: listening on grpc://..." to stdout once clients may come.

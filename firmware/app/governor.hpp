@@ -31,7 +31,7 @@ class Governor {
   /// With which the next estimate is to be made: never richer than `richest`.
   [[nodiscard]] Setting setting() const { return setting_; }
   /// How long one estimate at setting() took, to its encoded bytes.
-  void took(double ms);
+  void record_duration(double ms);
   /// The estimator has been configured anew, so that what was learnt no longer holds. Another `richest` is tried at
   /// once.
   void restart(Setting richest);
@@ -43,49 +43,49 @@ class Governor {
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
   /// Estimates at the cheapest setting are late as well, and not only now and then. Stays so until restart().
-  [[nodiscard]] bool fast_is_late() const { return fast_is_late_; }
+  [[nodiscard]] bool exceeds_budget_at_fast() const { return exceeds_budget_at_fast_; }
   /// Median of the latest estimates at this setting, ms; 0 before the first.
   [[nodiscard]] double typical_ms() const;
 
  private:
-  static constexpr std::size_t kRemembered = 32;
+  static constexpr std::size_t kHistory = 32;
 
-  [[nodiscard]] bool must_fall() const;
-  [[nodiscard]] bool may_climb();
-  void fall();
+  [[nodiscard]] bool must_decrease() const;
+  [[nodiscard]] bool may_increase();
+  void decrease_setting();
   void move_to(Setting setting);
-  void learn();
+  void update_step_cost();
   /// From one setting to the next richer one.
   struct Step {
     double cost = 1;             ///< Of the richer one relative to the cheaper one, as believed.
-    std::uint64_t patience = 0;  ///< Estimates for which the richer one must be predicted to fit.
+    std::uint64_t backoff = 0;  ///< Estimates for which the richer one must be predicted to fit.
   };
-  static void lose_patience(Step& step, std::uint64_t factor);
-  [[nodiscard]] Step& step_up() { return steps_[static_cast<std::size_t>(setting_) - 1]; }
-  [[nodiscard]] Step& step_down() { return steps_[static_cast<std::size_t>(setting_) - 2]; }
-  [[nodiscard]] std::size_t remembered() const;
+  static void increase_backoff(Step& step, std::uint64_t factor);
+  [[nodiscard]] Step& upper_step() { return steps_[static_cast<std::size_t>(setting_) - 1]; }
+  [[nodiscard]] Step& lower_step() { return steps_[static_cast<std::size_t>(setting_) - 2]; }
+  [[nodiscard]] std::size_t history_size() const;
   /// The latest is 0.
-  [[nodiscard]] double ago(std::size_t frames) const;
+  [[nodiscard]] double duration_at(std::size_t frames) const;
   /// The estimates of this setting that are remembered, from small to large.
   [[nodiscard]] std::span<const double> sorted() const;
 
   double budget_ms_;
   Setting richest_, setting_;
   Counts counts_;
-  bool fast_is_late_ = false;
+  bool exceeds_budget_at_fast_ = false;
 
-  std::array<double, kRemembered> took_{};
-  mutable std::array<double, kRemembered> sorted_{};
+  std::array<double, kHistory> durations_{};
+  mutable std::array<double, kHistory> sorted_{};
   std::uint64_t since_move_ = 0;  ///< Estimates at this setting.
   double late_share_ = 0;         ///< Of them, the recent ones weighing most.
 
   std::array<Step, kSettings.size() - 1> steps_;
-  std::uint64_t calm_ = 0;  ///< Estimates in a row after which the richer setting was predicted to fit.
-  bool climbed_ = false;    ///< The last move was up, and has not proved itself yet.
-  bool fell_back_ = false;  ///< The last move took back a climb at once.
-  bool fell_ = false;       ///< The last move was one step down from where it had stood long.
-  double before_ms_ = 0;    ///< What the cheaper setting typically took before the climb.
-  double richer_ms_ = 0;    ///< What the richer one typically took before the fall back.
+  std::uint64_t fitting_estimates_ = 0;  ///< Estimates in a row after which the richer setting was predicted to fit.
+  bool increased_ = false;    ///< The last move was up, and has not proved itself yet.
+  bool reverted_ = false;  ///< The last move took back a climb at once.
+  bool decreased_ = false;       ///< The last move was one step down from where it had stood long.
+  double lower_ms_ = 0;    ///< What the cheaper setting typically took before the climb.
+  double upper_ms_ = 0;    ///< What the richer one typically took before the fall back.
 };
 
 }  // namespace lightwell

@@ -38,7 +38,7 @@ Status add_network_links(const Config& config, [[maybe_unused]] Commands& comman
   return {};
 }
 
-NetworkWatch::NetworkWatch(const Config& config, [[maybe_unused]] const StatusSnapshot& status,
+NetworkMonitor::NetworkMonitor(const Config& config, [[maybe_unused]] const StatusSnapshot& status,
                            const Publisher& publisher)
     : publisher_(publisher) {
   if (config.mdns != Mdns::on) return;
@@ -49,33 +49,33 @@ NetworkWatch::NetworkWatch(const Config& config, [[maybe_unused]] const StatusSn
       a.links.push_back(std::move(shown));
   advertiser_ = std::make_unique<Advertiser>(a);
   // The name that it got is worth a line.
-  told_["discovery"] = "nothing said yet";
+  last_logged_["discovery"] = "nothing said yet";
 #endif
 }
 
-NetworkWatch::~NetworkWatch() = default;
+NetworkMonitor::~NetworkMonitor() = default;
 
-void NetworkWatch::tell(const std::string& what, const std::string& trouble, const std::string& good) {
-  std::string& told = told_[what];
-  if (told == trouble) return;
-  told = trouble;
-  trouble.empty() ? log_info(what + ": " + good) : log_error(what + ": " + trouble + "; it is tried again");
+void NetworkMonitor::log_transition(const std::string& what, const std::string& error_message, const std::string& good) {
+  std::string& last_logged = last_logged_[what];
+  if (last_logged == error_message) return;
+  last_logged = error_message;
+  error_message.empty() ? log_info(what + ": " + good) : log_error(what + ": " + error_message + "; it is tried again");
 }
 
-void NetworkWatch::look() {
-  for (const auto& link : publisher_.links()) tell(link->address(), link->trouble(), "connected");
+void NetworkMonitor::poll() {
+  for (const auto& link : publisher_.links()) log_transition(link->address(), link->error_message(), "connected");
 #ifdef LIGHTWELL_HAVE_DISCOVERY
-  if (advertiser_) tell("discovery", advertiser_->trouble(), "announced as '" + advertiser_->announced_as() + "'");
+  if (advertiser_) log_transition("discovery", advertiser_->error_message(), "announced as '" + advertiser_->announced_as() + "'");
 #endif
   // Somebody who sends nonsense does not fill the log as well.
   constexpr std::int64_t kMinute = 60'000'000'000;
   const std::uint64_t refused = publisher_.counters().messages_refused;
   const std::int64_t now = monotonic_now_ns();
-  if (refused == told_refused_ || (told_refused_ns_ != 0 && now - told_refused_ns_ < kMinute)) return;
+  if (refused == logged_refused_ || (logged_refused_ns_ != 0 && now - logged_refused_ns_ < kMinute)) return;
   log_error(std::to_string(refused) +
             " messages from outside have been refused: malformed, not for this probe, or too many");
-  told_refused_ = refused;
-  told_refused_ns_ = now;
+  logged_refused_ = refused;
+  logged_refused_ns_ = now;
 }
 
 }  // namespace lightwell

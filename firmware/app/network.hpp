@@ -22,25 +22,25 @@ class Advertiser;
 
 /// Announces the probe where that is configured, and logs when links or the announcement get into trouble and out of
 /// it.
-class NetworkWatch {
+class NetworkMonitor {
  public:
   /// The links have been started.
-  NetworkWatch(const Config& config, const StatusSnapshot& status, const Publisher& publisher);
-  ~NetworkWatch();
-  NetworkWatch(const NetworkWatch&) = delete;
-  NetworkWatch& operator=(const NetworkWatch&) = delete;
+  NetworkMonitor(const Config& config, const StatusSnapshot& status, const Publisher& publisher);
+  ~NetworkMonitor();
+  NetworkMonitor(const NetworkMonitor&) = delete;
+  NetworkMonitor& operator=(const NetworkMonitor&) = delete;
 
   /// About once a second.
-  void look();
+  void poll();
 
  private:
-  void tell(const std::string& what, const std::string& trouble, const std::string& good);
+  void log_transition(const std::string& what, const std::string& error_message, const std::string& good);
 
   const Publisher& publisher_;
   std::unique_ptr<Advertiser> advertiser_;
-  std::map<std::string, std::string> told_;
-  std::uint64_t told_refused_ = 0;
-  std::int64_t told_refused_ns_ = 0;
+  std::map<std::string, std::string> last_logged_;
+  std::uint64_t logged_refused_ = 0;
+  std::int64_t logged_refused_ns_ = 0;
 };
 
 }  // namespace lightwell

@@ -28,7 +28,7 @@ Status status_of(PairingOutcome outcome, const PairingWindow& window) {
   switch (outcome) {
     case PairingOutcome::paired:
       return {};
-    case PairingOutcome::guessed:
+    case PairingOutcome::too_many_wrong_codes:
       return {StatusCode::unavailable,
               "three wrong codes came and the window is closed: if you typed none of them, somebody on the network "
               "guesses"};
@@ -63,7 +63,7 @@ Status run_pairing(const Config& config, const std::string& listen) {
   std::cout << "lightwelld: pairing on " << window.address() << " for " << options.open_for.count() << " s, code "
             << window.code() << std::endl;
   PairingOutcome outcome = PairingOutcome::open;
-  while (outcome == PairingOutcome::open && !stop_signal_waits()) outcome = window.wait(std::chrono::milliseconds(100));
+  while (outcome == PairingOutcome::open && !stop_signal_pending()) outcome = window.wait(std::chrono::milliseconds(100));
   if (outcome == PairingOutcome::paired) log_info("paired with " + window.client_name());
   return status_of(outcome, window);
 }

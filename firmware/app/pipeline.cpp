@@ -87,11 +87,11 @@ void Pipeline::configure_estimator() {
 }
 
 void Pipeline::measured(double ms) {
-  governor_.took(ms);
+  governor_.record_duration(ms);
   const std::lock_guard lock(mutex_);
   setting_ = governor_.setting();
-  governed_ = governor_.counts();
-  if (!governor_.fast_is_late())
+  governor_counts_ = governor_.counts();
+  if (!governor_.exceeds_budget_at_fast())
     beyond_budget_ms_.reset();
   else if (!beyond_budget_ms_)
     beyond_budget_ms_ = governor_.typical_ms();
@@ -102,7 +102,7 @@ Setting Pipeline::setting() const {
   return setting_;
 }
 
-std::optional<double> Pipeline::beyond_budget_ms() const {
+std::optional<double> Pipeline::over_budget_ms() const {
   const std::lock_guard lock(mutex_);
   return beyond_budget_ms_;
 }
@@ -135,9 +135,9 @@ StatusSnapshot Pipeline::status() const {
   s.counters.client_list_faults = links.client_list_faults;
   {
     const std::lock_guard lock(mutex_);
-    s.counters.setting_moves = governed_.moves;
-    s.counters.estimates_late = governed_.late;
-    s.counters.estimates_late_at_fast = governed_.late_at_fast;
+    s.counters.setting_moves = governor_counts_.moves;
+    s.counters.estimates_late = governor_counts_.late;
+    s.counters.estimates_late_at_fast = governor_counts_.late_at_fast;
   }
   if (recorder_ != nullptr) {
     s.counters.frames_recorded = recorder_->recorded();
@@ -166,7 +166,7 @@ Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
   if (!has_newest_) return Status(StatusCode::failed_precondition, "no light has been measured yet");
   // Where the scale is known, what is missing of a reading is what the sensor clipped.
   if (newest_.flags.has(Flag::clipped) && newest_.units == Units::absolute && !scale_changed_)
-    return recover_by(lux, normal);
+    return recover_clipped_from_lux(lux, normal);
   for (const Flag flag : {Flag::unseen, Flag::clipped, Flag::dark})
     if (newest_.flags.has(flag) && !(flag == Flag::clipped && newest_.flags.has(Flag::recovered)))
       return Status(StatusCode::failed_precondition,
@@ -181,7 +181,7 @@ Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
   return factor;
 }
 
-Result<double> Pipeline::recover_by(double lux, Vec3d normal) {
+Result<double> Pipeline::recover_clipped_from_lux(double lux, Vec3d normal) {
   if (newest_.flags.has(Flag::unseen))
     return Status(StatusCode::failed_precondition,
                   "what is missing of the reading may be light that was not seen: unseen");

@@ -50,7 +50,7 @@ class Pipeline final : public Commands {
   /// With which the next estimate will be made.
   [[nodiscard]] Setting setting() const;
   /// What an estimate typically took, ms, when even the cheapest setting was found to exceed the budget.
-  [[nodiscard]] std::optional<double> beyond_budget_ms() const;
+  [[nodiscard]] std::optional<double> over_budget_ms() const;
 
   // Commands
   [[nodiscard]] StatusSnapshot status() const override;
@@ -62,7 +62,7 @@ class Pipeline final : public Commands {
  private:
   void run();
   void configure_estimator();
-  [[nodiscard]] Result<double> recover_by(double lux, Vec3d normal);
+  [[nodiscard]] Result<double> recover_clipped_from_lux(double lux, Vec3d normal);
   void measured(double ms);
 
   const ProbeIdentity identity_;
@@ -87,7 +87,7 @@ class Pipeline final : public Commands {
   Recovery recovery_;
   bool has_newest_ = false;
   Setting setting_;
-  Governor::Counts governed_;
+  Governor::Counts governor_counts_;
   std::optional<double> beyond_budget_ms_;
   std::string last_error_;
 };

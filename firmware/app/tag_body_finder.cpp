@@ -20,15 +20,15 @@ class TagBodyFinder final : public BodyFinder {
     tracker_.set_decimation(decimation.searched, decimation.followed);
   }
 
-  Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
+  Result<std::optional<DetectedBody>> find(const View& view, const FrameInfo& info) override {
     if (view.lens < 0 || static_cast<std::size_t>(view.lens) >= rig_.lenses.size())
       return Status(StatusCode::invalid_argument,
                     "frame: lens " + std::to_string(view.lens) + " is not in the calibration");
     if (const Status s = know(view); !s.ok()) return s;
-    const Result<BodySighting> seen = tracker_.track(grey_.of(view), info.mid_exposure, view.lens);
+    const Result<BodyObservation> seen = tracker_.track(grey_.of(view), info.mid_exposure, view.lens);
     if (!seen) return seen.status();
-    if (!seen->pose) return std::optional<FoundBody>();
-    return std::optional<FoundBody>({seen->pose->probe_body, seen->pose->used, seen->pose->ambiguous});
+    if (!seen->pose) return std::optional<DetectedBody>();
+    return std::optional<DetectedBody>({seen->pose->probe_body, seen->pose->used, seen->pose->ambiguous});
   }
 
  private:

@@ -256,7 +256,7 @@ class TableBuilder {
 
 /// A pixel of which no corner is inside may contain a seen direction: it has no entry, so it is no
 /// twin.
-void drop_empty_twins(LensTable& table, const LensTable& other) {
+void drop_empty_overlaps(LensTable& table, const LensTable& other) {
   for (std::int32_t& twin : table.twin) {
     if (twin >= 0 && other.direction[static_cast<std::size_t>(twin)] == Vec3f{}) twin = -1;
   }
@@ -284,13 +284,13 @@ Result<RigTable> make_rig_table(const RigParameters& rig, double feather_rad) {
     table.covered_sr += builder.covered_sr();
   }
   if (table.lenses.size() == 2) {
-    drop_empty_twins(table.lenses[0], table.lenses[1]);
-    drop_empty_twins(table.lenses[1], table.lenses[0]);
+    drop_empty_overlaps(table.lenses[0], table.lenses[1]);
+    drop_empty_overlaps(table.lenses[1], table.lenses[0]);
   }
   return table;
 }
 
-int widest(const RigTable& table) {
+int max_image_width(const RigTable& table) {
   int w = 0;
   for (const LensTable& lens : table.lenses) w = std::max(w, lens.width);
   return w;

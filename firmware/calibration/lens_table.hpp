@@ -38,7 +38,7 @@ struct RigTable {
 [[nodiscard]] Result<RigTable> make_rig_table(const RigParameters& rig, double feather_rad = 0.05);
 
 /// Of its pictures, in pixels.
-[[nodiscard]] int widest(const RigTable& table);
+[[nodiscard]] int max_image_width(const RigTable& table);
 
 /// Side of a pixel of mean solid angle, rad.
 [[nodiscard]] double pixel_side(const RigTable& table);

@@ -1,6 +1,6 @@
 // From a direction to a pixel, for any scalar: float, double, and the dual numbers that a solver differentiates with.
 //   KannalaBrandtModel  DoubleSphereModel  MeiModel
-//   with_model  numbers_of  names_of  with_numbers
+//   with_model  parameters_of  names_of  with_parameters
 // A model has kParameters numbers, in the order in which its parameters struct names them: fx, fy, cx, cy, then its
 // own. Directions are in the lens's axes, _cv (x right, y down, z forward), of any length. The domain is CameraModel's
 // business: here false says only that there is no number to give.
@@ -113,7 +113,7 @@ decltype(auto) with_model(const ModelParameters& model, F&& f) {
 }
 
 /// Its numbers in their order.
-[[nodiscard]] inline std::vector<double> numbers_of(const ModelParameters& model) {
+[[nodiscard]] inline std::vector<double> parameters_of(const ModelParameters& model) {
   return with_model(model, [](auto m, const auto& parameters) {
     const auto values = decltype(m)::values(parameters);
     return std::vector<double>(values.begin(), values.end());
@@ -121,14 +121,14 @@ decltype(auto) with_model(const ModelParameters& model, F&& f) {
 }
 
 /// What they are called, as in calibration.proto.
-[[nodiscard]] inline std::vector<const char*> names_of(const ModelParameters& model) {
+[[nodiscard]] inline std::vector<const char*> parameter_names(const ModelParameters& model) {
   return with_model(model, [](auto m, const auto&) {
     return std::vector<const char*>(decltype(m)::kNames.begin(), decltype(m)::kNames.end());
   });
 }
 
-/// The same kind of model with other numbers, as many as numbers_of() gives.
-[[nodiscard]] inline ModelParameters with_numbers(const ModelParameters& like, const double* numbers) {
+/// The same kind of model with other numbers, as many as parameters_of() gives.
+[[nodiscard]] inline ModelParameters with_parameters(const ModelParameters& like, const double* numbers) {
   return with_model(like, [&](auto m, const auto&) -> ModelParameters { return decltype(m)::from(numbers); });
 }
 

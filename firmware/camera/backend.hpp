@@ -53,6 +53,6 @@ class CameraBackend {
 
 /// How many frames a backend must be able to lend at once for a bracket of `size` exposures: one bracket that the
 /// estimator works on, one that waits, one that is being filled, and a frame in the camera's hands.
-[[nodiscard]] constexpr int frames_to_lend(int bracket_size) { return 3 * bracket_size + 1; }
+[[nodiscard]] constexpr int required_buffer_count(int bracket_size) { return 3 * bracket_size + 1; }
 
 }  // namespace lightwell

@@ -54,12 +54,12 @@ std::optional<CyclePlace> ReportedCycle::place(std::uint64_t camera_sequence, do
   return last_;
 }
 
-void HeldCycle::told(ProbeTime at) { told_ = told_ ? std::max(*told_, at) : at; }
+void HeldCycle::told(ProbeTime at) { requested_at_ = requested_at_ ? std::max(*requested_at_, at) : at; }
 
 CyclePlace HeldCycle::take() {
   const CyclePlace place{index_, next_sequence_++};
   index_ = (index_ + 1) % size_;
-  if (size_ > 1) told_.reset();
+  if (size_ > 1) requested_at_.reset();
   return place;
 }
 

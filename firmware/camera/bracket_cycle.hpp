@@ -65,20 +65,20 @@ class HeldCycle {
   /// The camera was told so, at that time. The later of several counts.
   void told(ProbeTime at);
   /// Nobody knows any more what the camera has: it was started anew.
-  void restart() { told_.reset(); }
+  void restart() { requested_at_.reset(); }
   /// Whether a frame whose exposure began at `began` must have it.
-  [[nodiscard]] bool settled(ProbeTime began) const { return told_ && began >= *told_ + settle_; }
+  [[nodiscard]] bool settled(ProbeTime began) const { return requested_at_ && began >= *requested_at_ + settle_; }
 
   /// The frame came and is handed on; the next exposure's turn.
   [[nodiscard]] CyclePlace take();
   /// It came and nobody had room for it: a gap, and the same exposure again.
-  void lose() { ++next_sequence_; }
+  void skip() { ++next_sequence_; }
 
  private:
   int size_;
   Duration settle_;
   int index_ = 0;
-  std::optional<ProbeTime> told_;
+  std::optional<ProbeTime> requested_at_;
   std::uint64_t next_sequence_ = 0;
 };
 

@@ -96,7 +96,7 @@ class FrameSink {
   virtual void push(Frame frame) = 0;
   /// For cameras without a rate of their own, before each push and from the same thread: waits while a frame pushed now
   /// would replace one that nobody has taken yet. False once `stop` is requested.
-  [[nodiscard]] virtual bool wait_for_room(std::stop_token stop) { return !stop.stop_requested(); }
+  [[nodiscard]] virtual bool wait_for_space(std::stop_token stop) { return !stop.stop_requested(); }
 };
 
 }  // namespace lightwell

@@ -13,13 +13,13 @@ namespace {
 
 /// A frame that no longer needs the camera's memory.
 struct Copy {
-  std::int64_t came_ns = 0;
+  std::int64_t arrival_ns = 0;
   FrameRecord record;
   std::array<std::vector<std::byte>, kMaxLenses> pictures;
 };
 
 void copy_frame(const Frame& frame, Copy& copy) {
-  copy.came_ns = monotonic_now_ns();
+  copy.arrival_ns = monotonic_now_ns();
   FrameRecord& record = copy.record;
   record.sequence = frame.info.sequence;
   record.mid_exposure = frame.info.mid_exposure;
@@ -104,7 +104,7 @@ class FrameRecorder::Writer {
       if (copy == nullptr) break;
       if (last_error().ok()) {
         encode_frame_record(copy->record, bytes);
-        note(file_.append(copy->came_ns, bytes), Counts::frame);
+        note(file_.append(copy->arrival_ns, bytes), Counts::frame);
       } else {
         ++skipped_;
       }

@@ -39,7 +39,7 @@ class FrameRecorder final : public FrameSink {
   /// From the camera's thread. A copy of the frame's pictures long (about 0.1 ms a megabyte).
   void push(Frame frame) override;
   /// Of the next sink: frames that the disk is too slow for are skipped, not waited for.
-  [[nodiscard]] bool wait_for_room(std::stop_token stop) override { return next_.wait_for_room(std::move(stop)); }
+  [[nodiscard]] bool wait_for_space(std::stop_token stop) override { return next_.wait_for_space(std::move(stop)); }
 
   /// Writes what waits and ends the recording; frames that still come are handed on. ok, or why not
   /// all is on disk.

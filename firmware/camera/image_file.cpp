@@ -80,7 +80,7 @@ Result<Image> read_image(const std::string& path) {
 Status write_png(const std::string& path, const Image& image) {
   const Result<std::vector<std::byte>> png = encode_png(image);
   if (!png) return {png.status().code(), path + ": " + png.status().message()};
-  return write_atomically(path, {reinterpret_cast<const char*>(png->data()), png->size()}, Readers::umask);
+  return write_atomically(path, {reinterpret_cast<const char*>(png->data()), png->size()}, FileMode::umask);
 }
 
 }  // namespace lightwell

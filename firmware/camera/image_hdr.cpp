@@ -122,7 +122,7 @@ Result<Header> read_header(const std::string& name, Input& in) {
 enum class RowEnd { whole, cut_off, damaged };
 
 /// Each of the four components on its own: runs (128 + n, value) and literals (n, values).
-RowEnd read_new_runs(Input& in, std::span<Rgbe> row) {
+RowEnd read_adaptive_rle(Input& in, std::span<Rgbe> row) {
   for (std::size_t c = 0; c < 4; ++c) {
     for (std::size_t i = 0; i < row.size();) {
       const auto code = in.byte();
@@ -143,7 +143,7 @@ RowEnd read_new_runs(Input& in, std::span<Rgbe> row) {
 
 /// Pixels, of which (1, 1, 1, n) repeats the one before n times; repeated, n counts 256, 65536, ...
 /// times as much.
-RowEnd read_old_runs(Input& in, std::span<Rgbe> row, Rgbe first) {
+RowEnd read_old_rle(Input& in, std::span<Rgbe> row, Rgbe first) {
   unsigned shift = 0;
   std::optional<Rgbe> pixel = first;
   for (std::size_t i = 0; i < row.size();) {
@@ -169,9 +169,9 @@ RowEnd read_row(Input& in, std::span<Rgbe> row) {
   if (!first) return RowEnd::cut_off;
   const bool new_runs =
       row.size() >= 8 && row.size() <= 0x7FFF && (*first)[0] == 2 && (*first)[1] == 2 && (*first)[2] < 128;
-  if (!new_runs) return read_old_runs(in, row, *first);
+  if (!new_runs) return read_old_rle(in, row, *first);
   if ((std::size_t{(*first)[2]} << 8 | (*first)[3]) != row.size()) return RowEnd::damaged;
-  return read_new_runs(in, row);
+  return read_adaptive_rle(in, row);
 }
 
 /// (mantissa + 1/2) / 256 * 2^(exponent - 128): writers cut the mantissa off, so its middle is the

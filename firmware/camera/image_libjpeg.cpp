@@ -38,7 +38,7 @@ class JpegReader {
     });
   }
 
-  const char* said() const { return errors_.said.data(); }
+  const char* message() const { return errors_.message.data(); }
 
  private:
   template <class Calls>
@@ -57,10 +57,10 @@ class JpegReader {
 
 Result<Image> decode_jpeg(const std::string& name, std::span<const std::byte> file) {
   JpegReader reader;
-  if (!reader.start(file)) return image_damaged(name, reader.said());
+  if (!reader.start(file)) return image_damaged(name, reader.message());
   Image image{reader.width(), reader.height(), PixelFormat::rgb8, {}};
   image.data.resize(image.stride() * static_cast<std::size_t>(image.height));
-  if (!reader.read_rows(image.data.data(), image.stride())) return image_damaged(name, reader.said());
+  if (!reader.read_rows(image.data.data(), image.stride())) return image_damaged(name, reader.message());
   return image;
 }
 

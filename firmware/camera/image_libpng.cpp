@@ -21,7 +21,7 @@ struct Errors {
     std::strncpy(errors.said.data(), why, errors.said.size() - 1);
     std::longjmp(errors.give_up, 1);
   }
-  static void say_nothing(png_structp, png_const_charp) {}
+  static void discard_message(png_structp, png_const_charp) {}
 };
 
 /// False where libpng gave up meanwhile; `errors.said` is why.
@@ -36,7 +36,7 @@ class PngReader {
  public:
   explicit PngReader(std::span<const std::byte> file)
       : left_(file),
-        png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail, &Errors::say_nothing)),
+        png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail, &Errors::discard_message)),
         info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr) {}
   ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
   PngReader(const PngReader&) = delete;
@@ -86,7 +86,7 @@ class PngReader {
 class Writer {
  public:
   Writer()
-      : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail, &Errors::say_nothing)),
+      : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &errors, &Errors::fail, &Errors::discard_message)),
         info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr) {}
   ~Writer() { png_destroy_write_struct(&png_, &info_); }
   Writer(const Writer&) = delete;

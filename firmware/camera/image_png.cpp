@@ -59,16 +59,16 @@ Result<Image> read_png(const std::string& name, std::span<const std::byte> file)
   std::size_t at = kSignature.size();
   bool has_header = false, has_pixels = false;
   while (true) {
-    constexpr std::size_t kAround = 12;  // Length, type and sum.
+    constexpr std::size_t kChunkOverhead = 12;  // Length, type and sum.
     const std::span<const std::byte> rest = file.subspan(at);
-    if (rest.size() < kAround || rest.size() - kAround < big_endian_32(rest))
+    if (rest.size() < kChunkOverhead || rest.size() - kChunkOverhead < big_endian_32(rest))
       return image_truncated(name, has_pixels ? "the PNG's end is missing" : "the PNG's pixels are missing");
     const std::size_t length = big_endian_32(rest);
     const std::string_view type(reinterpret_cast<const char*>(rest.data()) + 4, 4);
     const auto data = rest.subspan(8, length);
     if (crc32(rest.subspan(4, 4 + length)) != big_endian_32(rest.subspan(8 + length)))
       return image_damaged(name, "a PNG chunk at byte " + std::to_string(at) + " has a wrong sum");
-    at += kAround + length;
+    at += kChunkOverhead + length;
 
     if (type == "IHDR" && !has_header) {
       if (Status s = check_header(name, data); !s.ok()) return s;

@@ -14,7 +14,7 @@ namespace lightwell {
 struct JpegErrors {
   jpeg_error_mgr manager{};
   std::jmp_buf give_up{};
-  std::array<char, JMSG_LENGTH_MAX> said{};  ///< Why it gave up.
+  std::array<char, JMSG_LENGTH_MAX> message{};  ///< Why it gave up.
 
   /// For jpeg_decompress_struct::err, before the structure is created.
   [[nodiscard]] jpeg_error_mgr* install() {
@@ -28,7 +28,7 @@ struct JpegErrors {
  private:
   [[noreturn]] static void fail(j_common_ptr common) {
     auto& errors = *reinterpret_cast<JpegErrors*>(common->err);
-    common->err->format_message(common, errors.said.data());
+    common->err->format_message(common, errors.message.data());
     std::longjmp(errors.give_up, 1);
   }
 

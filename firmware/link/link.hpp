@@ -40,7 +40,7 @@ class Link {
   [[nodiscard]] virtual std::string address() const = 0;
   /// What is wrong at the moment, for a person; empty while all is well. A link that needs a third party (a broker)
   /// starts without it and says so here; one whose files were damaged goes on with what it read before and says so.
-  [[nodiscard]] virtual std::string trouble() const { return {}; }
+  [[nodiscard]] virtual std::string error_message() const { return {}; }
 };
 
 }  // namespace lightwell

@@ -29,7 +29,7 @@ Quat turned(Vec3d by, Quat q) {
 }
 
 /// A velocity measured as a difference over `seconds`.
-void learn(Vec3d& velocity, double& variance, Vec3d measured, double measured_variance, double acceleration,
+void apply_measurement(Vec3d& velocity, double& variance, Vec3d measured, double measured_variance, double acceleration,
            double seconds) {
   variance += acceleration * acceleration * seconds * seconds;
   const double gain = variance / (variance + measured_variance);
@@ -41,9 +41,9 @@ void learn(Vec3d& velocity, double& variance, Vec3d measured, double measured_va
 
 Status MotionOptions::validate() const {
   for (const auto& [name, value] :
-       {std::pair("first_speed_m_per_s", first_speed_m_per_s), std::pair("first_turn_rad_per_s", first_turn_rad_per_s),
-        std::pair("acceleration_m_per_s2", acceleration_m_per_s2),
-        std::pair("acceleration_rad_per_s2", acceleration_rad_per_s2)})
+       {std::pair("initial_speed_sigma_m_per_s", initial_speed_sigma_m_per_s), std::pair("initial_turn_sigma_rad_per_s", initial_turn_sigma_rad_per_s),
+        std::pair("acceleration_sigma_m_per_s2", acceleration_sigma_m_per_s2),
+        std::pair("acceleration_sigma_rad_per_s2", acceleration_sigma_rad_per_s2)})
     if (!(value > 0 && value <= 1e4))
       return {StatusCode::invalid_argument,
               std::string("motion: ") + name + " is " + std::to_string(value) + "; it must be above 0, to 10,000"};
@@ -55,11 +55,11 @@ BodyMotion::State BodyMotion::start(ProbeTime at, const UncertainPose& noise, bo
           {noise, attitude_known},
           {},
           {},
-          options_.first_speed_m_per_s * options_.first_speed_m_per_s,
-          options_.first_turn_rad_per_s * options_.first_turn_rad_per_s};
+          options_.initial_speed_sigma_m_per_s * options_.initial_speed_sigma_m_per_s,
+          options_.initial_turn_sigma_rad_per_s * options_.initial_turn_sigma_rad_per_s};
 }
 
-void BodyMotion::see(ProbeTime at, const UncertainPose& noise, bool attitude_known) {
+void BodyMotion::update(ProbeTime at, const UncertainPose& noise, bool attitude_known) {
   if (!last_ || at < last_->at) {
     last_ = start(at, noise, attitude_known);
     return;
@@ -75,14 +75,14 @@ void BodyMotion::see(ProbeTime at, const UncertainPose& noise, bool attitude_kno
   next.speed_variance = last_->speed_variance;
   const Pose &here = noise.pose, &there = last_->seen.probe_body.pose;
   const double per = 1 / seconds;
-  learn(next.speed, next.speed_variance, (here.translation - there.translation) * per,
-        (mean_variance(now, 3) + mean_variance(before, 3)) * per * per, options_.acceleration_m_per_s2, seconds);
+  apply_measurement(next.speed, next.speed_variance, (here.translation - there.translation) * per,
+        (mean_variance(now, 3) + mean_variance(before, 3)) * per * per, options_.acceleration_sigma_m_per_s2, seconds);
   // A turn from or to an attitude that may be the wrong one of two tells nothing.
   if (attitude_known && last_->seen.attitude_known) {
     next.turn = last_->turn;
     next.turn_variance = last_->turn_variance;
-    learn(next.turn, next.turn_variance, turn_between(here.rotation, there.rotation) * per,
-          (mean_variance(now, 0) + mean_variance(before, 0)) * per * per, options_.acceleration_rad_per_s2, seconds);
+    apply_measurement(next.turn, next.turn_variance, turn_between(here.rotation, there.rotation) * per,
+          (mean_variance(now, 0) + mean_variance(before, 0)) * per * per, options_.acceleration_sigma_rad_per_s2, seconds);
   }
   last_ = next;
 }
@@ -98,8 +98,8 @@ std::optional<BodyPrediction> BodyMotion::at(ProbeTime when) const {
     const double more = acceleration * t * t;
     return variance * t * t + more * more;
   };
-  const double rotation = grown(last_->turn_variance, options_.acceleration_rad_per_s2),
-               translation = grown(last_->speed_variance, options_.acceleration_m_per_s2);
+  const double rotation = grown(last_->turn_variance, options_.acceleration_sigma_rad_per_s2),
+               translation = grown(last_->speed_variance, options_.acceleration_sigma_m_per_s2);
   for (std::size_t i = 0; i < 3; ++i) {
     out.probe_body.covariance[i][i] += rotation;
     out.probe_body.covariance[i + 3][i + 3] += translation;

@@ -12,10 +12,10 @@ namespace lightwell {
 
 /// Standard deviations of what is not known. Larger: wider searches, faster hands followed.
 struct MotionOptions {
-  double first_speed_m_per_s = 0.4;     ///< Before two sightings.
-  double first_turn_rad_per_s = 2;      ///< Likewise.
-  double acceleration_m_per_s2 = 6;     ///< A hand that starts or stops.
-  double acceleration_rad_per_s2 = 40;  ///< Likewise.
+  double initial_speed_sigma_m_per_s = 0.4;     ///< Before two sightings.
+  double initial_turn_sigma_rad_per_s = 2;      ///< Likewise.
+  double acceleration_sigma_m_per_s2 = 6;     ///< A hand that starts or stops.
+  double acceleration_sigma_rad_per_s2 = 40;  ///< Likewise.
 
   [[nodiscard]] Status validate() const;
 };
@@ -28,7 +28,7 @@ class BodyMotion {
 
   /// `noise` is what differs from frame to frame: without a focal length's error, which moves all poses alike.
   /// Of two sightings of one time (two lenses) the surer one counts; one from before the last starts anew.
-  void see(ProbeTime at, const UncertainPose& noise, bool attitude_known);
+  void update(ProbeTime at, const UncertainPose& noise, bool attitude_known);
   void forget() { last_.reset(); }
 
   /// Nothing before the first sighting, or for a time before the last one.

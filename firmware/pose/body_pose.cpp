@@ -8,7 +8,7 @@
 #include <Eigen/Dense>
 
 #include "pose/corner_solver.hpp"
-#include "pose/focal_doubt.hpp"
+#include "pose/focal_uncertainty.hpp"
 #include "pose/tag_directions.hpp"
 
 namespace lightwell {
@@ -16,12 +16,12 @@ namespace lightwell {
 namespace {
 
 /// A step that brings less than a millionth of chi² moves the answer by a thousandth of its deviation.
-constexpr SolverEffort kEffort{30, 1e-7};
+constexpr SolverLimits kPredictedSolverLimits{30, 1e-7};
 /// Of chi² with six degrees of freedom: one in 10,000 is beyond 28; predictions are coarse.
-constexpr double kNear = 50;
+constexpr double kMaxPredictionChiSquare = 50;
 /// Mean of a corner's squared error after the forgiving loss, in standard deviations: below it is no wrong valley.
-constexpr double kFits = 15;
-constexpr const char* kContradicts = "it contradicts the others";
+constexpr double kMaxMeanLoss = 15;
+constexpr const char* kOutlierMessage = "it contradicts the others";
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body: " + what}; }
 
@@ -40,21 +40,21 @@ bool near(const std::optional<BodyPrediction>& prediction, const Pose& pose) {
       covariance(r, c) = prediction->probe_body.covariance[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
   const Eigen::LLT<Matrix6d> root(covariance);
   if (root.info() != Eigen::Success) return false;
-  return error.dot(root.solve(error)) < kNear;
+  return error.dot(root.solve(error)) < kMaxPredictionChiSquare;
 }
 
-bool faces_the_lens(const SeenQuad& quad, const Pose& probe_body) {
+bool faces_the_lens(const ObservedTag& quad, const Pose& probe_body) {
   const Pose probe_face = compose(probe_body, quad.tag->world_tag);
   return dot(rotate(probe_face.rotation, Vec3d{0, 0, 1}), quad.corners[0].lens - probe_face.translation) > 0;
 }
 
-Quads believed(const Quads& all, const Pose& probe_body) {
-  Quads out = agreeing(all, probe_body);
-  std::erase_if(out, [&](const SeenQuad* quad) { return !faces_the_lens(*quad, probe_body); });
+Quads visible_inliers(const Quads& all, const Pose& probe_body) {
+  Quads out = find_inliers(all, probe_body);
+  std::erase_if(out, [&](const ObservedTag* quad) { return !faces_the_lens(*quad, probe_body); });
   return out;
 }
 
-bool holds(const Quads& quads, const SeenQuad& quad) {
+bool holds(const Quads& quads, const ObservedTag& quad) {
   return std::find(quads.begin(), quads.end(), &quad) != quads.end();
 }
 
@@ -69,16 +69,16 @@ Choice choose(const Quads& all, const std::optional<BodyPrediction>& prediction)
   Choice out;
   const auto enough = [&] { return 2 * out.used.size() > all.size(); };
   if (prediction) {
-    out.solution = solved(all, std::nullopt, prediction->probe_body.pose, Loss::forgiving, kEffort);
+    out.solution = solve_pose(all, std::nullopt, prediction->probe_body.pose, Loss::cauchy, kPredictedSolverLimits);
     if (std::isfinite(out.solution.cost)) {
       const Pose found = out.solution.probe_world();
-      out.used = believed(all, found);
-      const bool fits = out.solution.cost < kFits * 4 * static_cast<double>(all.size());
+      out.used = visible_inliers(all, found);
+      const bool fits = out.solution.cost < kMaxMeanLoss * 4 * static_cast<double>(all.size());
       if ((fits && enough()) || (!out.used.empty() && near(prediction, found))) return out;
     }
   }
-  out.solution = agreed(all, std::nullopt, kEffort);
-  if (std::isfinite(out.solution.cost)) out.used = believed(all, out.solution.probe_world());
+  out.solution = consensus_pose(all, std::nullopt, kPredictedSolverLimits);
+  if (std::isfinite(out.solution.cost)) out.used = visible_inliers(all, out.solution.probe_world());
   if (!enough()) out.used.clear();
   return out;
 }
@@ -92,16 +92,16 @@ struct Attitudes {
 Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>& prediction, double odds,
                        double freedom) {
   Attitudes out;
-  out.best = solved(choice.used, std::nullopt, choice.solution.probe_world(), Loss::firm, kEffort);
+  out.best = solve_pose(choice.used, std::nullopt, choice.solution.probe_world(), Loss::huber, kPredictedSolverLimits);
   if (!std::isfinite(out.best.cost)) return out;
   CornerSolution other =
-      solved(choice.used, std::nullopt, flipped(choice.used, out.best.probe_world()), Loss::firm, kEffort);
+      solve_pose(choice.used, std::nullopt, mirror_pose(choice.used, out.best.probe_world()), Loss::huber, kPredictedSolverLimits);
   if (!std::isfinite(other.cost)) return out;
   const Quat between = other.probe_middle.rotation * out.best.probe_middle.rotation.inverse();
   // Two runs into one valley.
   if (length(Vec3d{between.x, between.y, between.z}) < 1e-3) return out;
   const Pose turned = other.probe_world();
-  for (const SeenQuad* quad : choice.used)
+  for (const ObservedTag* quad : choice.used)
     if (!faces_the_lens(*quad, turned)) return out;
   out.other = std::move(other);
   const double scale = std::max(1.0, out.best.cost / freedom);
@@ -117,10 +117,10 @@ Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>
   return out;
 }
 
-std::string why_none(const std::vector<TagUse>& uses, std::size_t foreign) {
+std::string why_none(const std::vector<TagReport>& uses, std::size_t foreign) {
   if (uses.empty()) return "no tag is seen";
   if (foreign == uses.size()) return "none of the " + std::to_string(uses.size()) + " seen tags is one of the body's";
-  for (const TagUse& use : uses)
+  for (const TagReport& use : uses)
     if (!use.left_out.empty()) return "no seen tag is of use: " + use.left_out;
   return "no seen tag is of use";
 }
@@ -134,40 +134,40 @@ Status BodyPoseOptions::validate() const {
     return wrong("ambiguity_odds is " + std::to_string(ambiguity_odds) + "; it must be at least 1");
   if (!(focal_sigma >= 0 && focal_sigma <= 0.5))
     return wrong("focal_sigma is " + std::to_string(focal_sigma) + "; it must be 0 to 0.5");
-  if (least_tags < 1 || least_tags > 64)
-    return wrong("least_tags is " + std::to_string(least_tags) + "; it must be 1 to 64");
+  if (min_tags < 1 || min_tags > 64)
+    return wrong("min_tags is " + std::to_string(min_tags) + "; it must be 1 to 64");
   return {};
 }
 
-Result<std::vector<TagInRoom>> tags_of(const MarkerBody& body) {
+Result<std::vector<WorldTag>> tags_of(const MarkerBody& body) {
   const Result<TagFamily> family = parse_tag_family(body.tag_family);
   if (!family) return family.status();
-  std::vector<TagInRoom> out;
+  std::vector<WorldTag> out;
   for (const MarkerFace& face : body.faces) out.push_back({*family, face.tag_id, body.tag_size_m, face.body_face});
   return out;
 }
 
-Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body, std::span<const SeenTag> seen,
+Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body, std::span<const TagObservation> seen,
                                 const std::optional<BodyPrediction>& prediction, const BodyPoseOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return s;
-  const Result<std::vector<TagInRoom>> tags = tags_of(body);
+  const Result<std::vector<WorldTag>> tags = tags_of(body);
   if (!tags) return tags.status();
   BodyPose out;
-  std::vector<SeenQuad> known;
+  std::vector<ObservedTag> known;
   known.reserve(seen.size());
   std::size_t foreign = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const SeenTag& s = seen[i];
+    const TagObservation& s = seen[i];
     if (!rig.has(s.lens)) return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
-    TagUse& use = out.tags.emplace_back(TagUse{s.lens, s.tag.family, s.tag.id, 0, false, {}});
+    TagReport& use = out.tags.emplace_back(TagReport{s.lens, s.tag.family, s.tag.id, 0, false, {}});
     const auto tag = std::find_if(tags->begin(), tags->end(),
-                                  [&](const TagInRoom& t) { return t.family == s.tag.family && t.id == s.tag.id; });
+                                  [&](const WorldTag& t) { return t.family == s.tag.family && t.id == s.tag.id; });
     if (tag == tags->end()) {
       use.left_out = "it is not one of the body's";
       ++foreign;
       continue;
     }
-    Result<SeenQuad> quad = directions_of(rig.at(s.lens), s, *tag, options.model_error_px);
+    Result<ObservedTag> quad = directions_of(rig.at(s.lens), s, *tag, options.model_error_px);
     if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
     if (!quad) {
       use.left_out = quad.status().message();
@@ -179,21 +179,21 @@ Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body,
   if (known.empty()) return Status(StatusCode::not_found, "body: " + why_none(out.tags, foreign));
 
   Quads all;
-  for (const SeenQuad& quad : known) all.push_back(&quad);
+  for (const ObservedTag& quad : known) all.push_back(&quad);
   const Choice choice = choose(all, prediction);
   if (choice.used.empty())
     return Status(StatusCode::failed_precondition,
                   "body: the " + std::to_string(all.size()) +
                       " tags seen of it contradict each other, no majority "
                       "agrees on a pose; check that the body is built as its file says, and that only one is in view");
-  if (choice.used.size() < static_cast<std::size_t>(options.least_tags))
+  if (choice.used.size() < static_cast<std::size_t>(options.min_tags))
     return Status(StatusCode::not_found, "body: " + std::to_string(choice.used.size()) +
-                                             " of its tags agree on a pose; least_tags asks for " +
-                                             std::to_string(options.least_tags));
+                                             " of its tags agree on a pose; min_tags asks for " +
+                                             std::to_string(options.min_tags));
   const double freedom = 8.0 * static_cast<double>(choice.used.size()) - 6;
   const Attitudes found = attitudes_of(choice, prediction, options.ambiguity_odds, freedom);
   const std::optional<Matrix6d> noise =
-      std::isfinite(found.best.cost) ? noise_of(found.best) : std::optional<Matrix6d>();
+      std::isfinite(found.best.cost) ? pose_covariance_of(found.best) : std::optional<Matrix6d>();
   if (!noise)
     return Status(StatusCode::failed_precondition,
                   "body: the corners seen do not determine a pose; it must be larger in the picture or less on edge");
@@ -201,31 +201,31 @@ Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body,
   const Pose probe_body = found.best.probe_world();
   out.used = static_cast<int>(choice.used.size());
   out.chi_square = found.best.cost / freedom;
-  const FocalDoubt focal = focal_doubt(rig, seen, choice.used, found.best);
+  const FocalUncertainty focal = estimate_focal_uncertainty(rig, seen, choice.used, found.best);
   out.focal = focal.check;
   const Matrix6d covariance = std::max(1.0, out.chi_square) * *noise +
-                              options.focal_sigma * options.focal_sigma * focal.by_focal * focal.by_focal.transpose();
+                              options.focal_sigma * options.focal_sigma * focal.focal_jacobian * focal.focal_jacobian.transpose();
   const UncertainPose to_origin{Pose{{}, -found.best.middle}, {}};
   out.probe_body = compose(UncertainPose{found.best.probe_middle, covariance_from(covariance)}, to_origin);
   // The lever from the corners' middle to the body's origin.
-  const Vec3d turn{focal.by_focal[0], focal.by_focal[1], focal.by_focal[2]};
-  const Vec3d moved = Vec3d{focal.by_focal[3], focal.by_focal[4], focal.by_focal[5]} +
+  const Vec3d turn{focal.focal_jacobian[0], focal.focal_jacobian[1], focal.focal_jacobian[2]};
+  const Vec3d moved = Vec3d{focal.focal_jacobian[3], focal.focal_jacobian[4], focal.focal_jacobian[5]} +
                       cross(turn, rotate(found.best.probe_middle.rotation, -found.best.middle));
-  out.by_focal = {turn.x, turn.y, turn.z, moved.x, moved.y, moved.z};
+  out.focal_jacobian = {turn.x, turn.y, turn.z, moved.x, moved.y, moved.z};
   if (std::isfinite(found.other.cost)) {
     out.alternative = found.other.probe_world();
     out.alternative_excess = (found.other.cost - found.best.cost) / std::max(1.0, out.chi_square);
     out.ambiguous = found.ambiguous;
   }
   double squares = 0;
-  for (const SeenQuad& quad : known) {
-    TagUse& use = out.tags[quad.index];
+  for (const ObservedTag& quad : known) {
+    TagReport& use = out.tags[quad.index];
     use.rms_px = rms_px(rig.at(seen[quad.index].lens), seen[quad.index], *quad.tag, probe_body);
     use.used = holds(choice.used, quad);
     if (use.used)
       squares += use.rms_px * use.rms_px;
     else
-      use.left_out = faces_the_lens(quad, probe_body) ? kContradicts : "its face would be turned away";
+      use.left_out = faces_the_lens(quad, probe_body) ? kOutlierMessage : "its face would be turned away";
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(choice.used.size()));
   return out;

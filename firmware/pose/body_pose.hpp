@@ -19,12 +19,12 @@
 #include <lightwell/uncertain_pose.hpp>
 
 #include "pose/mounting.hpp"
-#include "pose/placed_lens.hpp"
+#include "pose/posed_lens.hpp"
 
 namespace lightwell {
 
 /// invalid_argument: a family that is not known.
-[[nodiscard]] Result<std::vector<TagInRoom>> tags_of(const MarkerBody& body);
+[[nodiscard]] Result<std::vector<WorldTag>> tags_of(const MarkerBody& body);
 
 struct BodyPrediction {
   UncertainPose probe_body;  ///< Finite covariance.
@@ -42,7 +42,7 @@ struct BodyPoseOptions {
   /// into the weights: what it makes wrong is the same in every frame.
   double focal_sigma = 0.01;
   /// 2: what one tag alone says is refused.
-  int least_tags = 1;
+  int min_tags = 1;
 
   [[nodiscard]] Status validate() const;
 };
@@ -61,25 +61,25 @@ struct BodyPose {
   std::optional<Pose> alternative;
   double alternative_excess = 0;
   bool ambiguous = false;
-  std::vector<TagUse> tags;  ///< In the order given.
+  std::vector<TagReport> tags;  ///< In the order given.
   int used = 0;              ///< Of them.
   double rms_px = 0;         ///< Over the corners used.
   double chi_square = 0;     ///< Over the degrees of freedom; the covariance is scaled by it where it is above 1.
   /// Error of the six numbers of probe_body for a focal length that is too long by the whole of itself. In the
   /// covariance with focal_sigma; common to all frames that look alike.
-  std::array<double, 6> by_focal{};
+  std::array<double, 6> focal_jacobian{};
   FocalCheck focal;
 };
 
-/// `rig` (a RigParameters will do, see PlacedLenses) and `body` have passed validate(). Left out and named in `tags`: a
+/// `rig` (a RigParameters will do, see PosedLenses) and `body` have passed validate(). Left out and named in `tags`: a
 /// number that the body does not have, a tag that is on edge, mirrored, outside of what the lens sees, turned away in
 /// the answer, or contradicts the majority (one that is covered in part, or hangs on another body). The same number may
-/// be seen several times. not_found: no tag of the body is left, or fewer than least_tags. failed_precondition: tags
+/// be seen several times. not_found: no tag of the body is left, or fewer than min_tags. failed_precondition: tags
 /// contradict each other so that no majority agrees, and no prediction is near one side; corners that determine no
 /// pose. invalid_argument: a number that is NaN, a covariance that is none, a lens that the rig does not have, options
 /// that do not validate.
-[[nodiscard]] Result<BodyPose> find_body_pose(const PlacedLenses& rig, const MarkerBody& body,
-                                              std::span<const SeenTag> seen,
+[[nodiscard]] Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
+                                              std::span<const TagObservation> seen,
                                               const std::optional<BodyPrediction>& prediction = std::nullopt,
                                               const BodyPoseOptions& options = {});
 

@@ -15,7 +15,7 @@ UncertainPose without_focal(const BodyPose& pose, double focal_sigma) {
   UncertainPose out = pose.probe_body;
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t k = 0; k < 6; ++k)
-      out.covariance[i][k] -= focal_sigma * focal_sigma * pose.by_focal[i] * pose.by_focal[k];
+      out.covariance[i][k] -= focal_sigma * focal_sigma * pose.focal_jacobian[i] * pose.focal_jacobian[k];
   return out;
 }
 
@@ -33,22 +33,22 @@ Status BodyTrackerOptions::validate() const {
   return {};
 }
 
-struct BodyTracker::Inside {
+struct BodyTracker::Impl {
   MarkerBody body;
-  PlacedLenses rig;
+  PosedLenses rig;
   BodyTrackerOptions options;
-  std::vector<TagInRoom> tags;
+  std::vector<WorldTag> tags;
   TagDetector detector;
   BodyMotion motion;
   std::vector<bool> seen;  ///< By each lens in its last picture.
   int misses = 0;
 
-  void look(const GreyPicture& picture, const PlacedLens& lens, const std::optional<BodyPrediction>& expected,
-            BodySighting& out) const;
+  void look(const GreyPicture& picture, const PosedLens& lens, const std::optional<BodyPrediction>& expected,
+            BodyObservation& out) const;
 };
 
-void BodyTracker::Inside::look(const GreyPicture& picture, const PlacedLens& lens,
-                               const std::optional<BodyPrediction>& expected, BodySighting& out) const {
+void BodyTracker::Impl::look(const GreyPicture& picture, const PosedLens& lens,
+                               const std::optional<BodyPrediction>& expected, BodyObservation& out) const {
   out.region = {0, 0, picture.width, picture.height};
   out.decimate = options.search_decimate;
   if (!expected) return;
@@ -56,10 +56,10 @@ void BodyTracker::Inside::look(const GreyPicture& picture, const PlacedLens& len
   if (!view) return;
   out.predicted = true;
   out.region = view->region;
-  out.decimate = options.decimate > 0 ? options.decimate : decimate_for(view->cell_px);
+  out.decimate = options.decimate > 0 ? options.decimate : decimation_for(view->cell_px);
 }
 
-BodyTracker::BodyTracker(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
+BodyTracker::BodyTracker(std::unique_ptr<Impl> inside) : impl_(std::move(inside)) {}
 BodyTracker::BodyTracker(BodyTracker&&) noexcept = default;
 BodyTracker& BodyTracker::operator=(BodyTracker&&) noexcept = default;
 BodyTracker::~BodyTracker() = default;
@@ -69,7 +69,7 @@ Result<BodyTracker> BodyTracker::make(const MarkerBody& body, const RigParameter
   if (const Status s = body.validate(); !s.ok()) return s;
   if (const Status s = rig.validate(); !s.ok()) return s;
   if (const Status s = options.validate(); !s.ok()) return s;
-  Result<std::vector<TagInRoom>> tags = tags_of(body);
+  Result<std::vector<WorldTag>> tags = tags_of(body);
   if (!tags) return tags.status();
   TagDetectorOptions detect;
   detect.families = {tags->front().family};
@@ -78,51 +78,51 @@ Result<BodyTracker> BodyTracker::make(const MarkerBody& body, const RigParameter
   Result<TagDetector> detector = TagDetector::make(detect);
   if (!detector) return detector.status();
   return BodyTracker(
-      std::make_unique<Inside>(Inside{body, rig, options, std::move(*tags), std::move(*detector),
+      std::make_unique<Impl>(Impl{body, rig, options, std::move(*tags), std::move(*detector),
                                       BodyMotion(options.motion), std::vector<bool>(rig.lenses.size(), false)}));
 }
 
 void BodyTracker::set_decimation(double search_decimate, double decimate) {
-  inside_->options.search_decimate = search_decimate;
-  inside_->options.decimate = decimate;
+  impl_->options.search_decimate = search_decimate;
+  impl_->options.decimate = decimate;
 }
 
 void BodyTracker::reset() {
-  inside_->motion.forget();
-  inside_->seen.assign(inside_->seen.size(), false);
-  inside_->misses = 0;
+  impl_->motion.forget();
+  impl_->seen.assign(impl_->seen.size(), false);
+  impl_->misses = 0;
 }
 
-Result<BodySighting> BodyTracker::track(const GreyPicture& picture, ProbeTime mid_exposure, int lens) {
+Result<BodyObservation> BodyTracker::track(const GreyPicture& picture, ProbeTime mid_exposure, int lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  Inside& in = *inside_;
+  Impl& in = *impl_;
   if (!in.rig.has(lens))
     return wrong("there is no lens " + std::to_string(lens) + "; the rig has " + std::to_string(in.rig.lenses.size()));
   const auto l = static_cast<std::size_t>(lens);
-  const PlacedLens& through = in.rig.at(lens);
+  const PosedLens& through = in.rig.at(lens);
   if (picture.width != through.width || picture.height != through.height)
     return wrong("the picture has " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
                  " pixels, the calibration is for " + std::to_string(through.width) + "x" +
                  std::to_string(through.height));
 
-  BodySighting out;
-  out.least_contrast = contrast_above_noise(picture);
+  BodyObservation out;
+  out.min_contrast = contrast_above_noise(picture);
   const std::optional<BodyPrediction> expected = in.motion.at(mid_exposure);
   in.look(picture, through, in.seen[l] ? expected : std::nullopt, out);
   Result<std::vector<TagDetection>> tags =
-      in.detector.detect_in(picture, {out.region, out.decimate, out.least_contrast});
+      in.detector.detect_in(picture, {out.region, out.decimate, out.min_contrast});
   if (!tags) return tags.status();
   out.tags = std::move(*tags);
-  std::vector<SeenTag> seen;
+  std::vector<TagObservation> seen;
   for (const TagDetection& tag : out.tags) seen.push_back({lens, tag});
   Result<BodyPose> pose = find_body_pose(in.rig, in.body, seen, expected, in.options.pose);
   in.seen[l] = pose.ok();
   if (pose) {
     in.misses = 0;
-    in.motion.see(mid_exposure, without_focal(*pose, in.options.pose.focal_sigma), !pose->ambiguous);
+    in.motion.update(mid_exposure, without_focal(*pose, in.options.pose.focal_sigma), !pose->ambiguous);
     out.pose = std::move(*pose);
   } else {
-    out.why_not = pose.status().message();
+    out.failure_reason = pose.status().message();
     if (++in.misses >= in.options.lost_after) in.motion.forget();
   }
   return out;

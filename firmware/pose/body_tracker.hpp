@@ -34,22 +34,22 @@ struct BodyTrackerOptions {
   double decimate = 0;
   /// After so many pictures without it the body is lost: nothing is expected any more.
   int lost_after = 5;
-  /// What becomes of corners: see CornerWork.
-  CornerWork corners = CornerWork::followed;
+  /// What becomes of corners: see CornerRefinement.
+  CornerRefinement corners = CornerRefinement::edge_search;
   /// As TagDetectorOptions::linear: give it where the picture is encoded (sRGB).
   std::vector<float> linear;
 
   [[nodiscard]] Status validate() const;
 };
 
-struct BodySighting {
+struct BodyObservation {
   std::optional<BodyPose> pose;
-  std::string why_not;             ///< Where there is none.
+  std::string failure_reason;             ///< Where there is none.
   std::vector<TagDetection> tags;  ///< All that were found, of the body or not, in pixels of the whole picture.
   bool predicted = false;          ///< Whether only a part of the picture was looked at, where the body was expected.
   PixelRegion region;              ///< The part that was looked at.
   double decimate = 1;             ///< How much smaller it was made.
-  int least_contrast = 5;          ///< What was taken for noise, see contrast_above_noise().
+  int min_contrast = 5;          ///< What was taken for noise, see contrast_above_noise().
 };
 
 /// Not thread-safe: one call at a time. Movable.
@@ -66,16 +66,16 @@ class BodyTracker {
   /// lens showed it; all of the picture otherwise. Times that go back are taken for a new beginning.
   /// invalid_argument: a picture that does not validate or is not of the lens's size, a lens that the rig does not
   /// have.
-  [[nodiscard]] Result<BodySighting> track(const GreyPicture& picture, ProbeTime mid_exposure, int lens = 0);
+  [[nodiscard]] Result<BodyObservation> track(const GreyPicture& picture, ProbeTime mid_exposure, int lens = 0);
   /// As the options of these names, in their ranges; what is followed stays so.
   void set_decimation(double search_decimate, double decimate);
   /// Nothing is expected any more.
   void reset();
 
  private:
-  struct Inside;
-  explicit BodyTracker(std::unique_ptr<Inside> inside);
-  std::unique_ptr<Inside> inside_;
+  struct Impl;
+  explicit BodyTracker(std::unique_ptr<Impl> inside);
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace lightwell

@@ -14,22 +14,22 @@ constexpr double kDegree = std::numbers::pi / 180;
 /// Tags more on edge than this are hardly found.
 constexpr double kOnEdge = 80 * kDegree;
 /// And those beyond this say little that the others do not.
-constexpr double kWorth = 70 * kDegree;
+constexpr double kMaxViewAngle_rad = 70 * kDegree;
 /// A tag this much smaller than the largest would cost more than it says. Those around a dodecahedron's face that is
 /// seen head-on are narrower by 0.45.
-constexpr double kSmaller = 0.4;
+constexpr double kMinRelativeTagSize = 0.4;
 /// Standard deviations.
-constexpr double kSure = 3;
+constexpr double kSearchSigmas = 3;
 /// What AprilTag and the blur of an edge want around a tag, px.
 constexpr double kMargin = 4;
 
 }  // namespace
 
-std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoom> tags,
+std::optional<BodyView> view_of(const PosedLens& lens, std::span<const WorldTag> tags,
                                 const UncertainPose& probe_body) {
   const Pose lens_body = compose(inverse(lens.probe_lens), probe_body.pose);
   const PoseCovariance& c = probe_body.covariance;
-  const double turn = kSure * std::sqrt(std::max({c[0][0], c[1][1], c[2][2]}));
+  const double turn = kSearchSigmas * std::sqrt(std::max({c[0][0], c[1][1], c[2][2]}));
   // Across the line of sight only; the largest axis of the other two is close enough to their root sum.
   const Vec3d sight = normalized(probe_body.pose.translation - lens.probe_lens.translation);
   double across = 0;
@@ -38,12 +38,12 @@ std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoo
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k) across += a[i] * c[i + 3][k + 3] * a[k];
   }
-  const double shift = kSure * std::sqrt(std::max(across, 0.0));
+  const double shift = kSearchSigmas * std::sqrt(std::max(across, 0.0));
 
   double left = std::numeric_limits<double>::infinity(), right = -left, top = left, bottom = -left;
   double px_per_m = 0, radius = 0;
   std::vector<double> cells;
-  for (const TagInRoom& tag : tags) {
+  for (const WorldTag& tag : tags) {
     const Pose lens_tag = compose(lens_body, tag.world_tag);
     const double off = angle_between(rotate(lens_tag.rotation, Vec3d{0, 0, 1}), -lens_tag.translation);
     if (off > kOnEdge + turn) continue;
@@ -71,7 +71,7 @@ std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoo
       shortest = std::min(shortest, side);
       px_per_m = std::max(px_per_m, side / tag.size_m);
     }
-    if (off < kWorth) cells.push_back(shortest / shape.edge_cells);
+    if (off < kMaxViewAngle_rad) cells.push_back(shortest / shape.edge_cells);
   }
   if (!(left < right)) return std::nullopt;
   const double margin = kMargin + px_per_m * (shift + std::min(turn, 1.0) * radius);
@@ -90,12 +90,12 @@ std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoo
     const double largest = *std::max_element(cells.begin(), cells.end());
     out.cell_px = largest;
     for (const double cell : cells)
-      if (cell > kSmaller * largest) out.cell_px = std::min(out.cell_px, cell);
+      if (cell > kMinRelativeTagSize * largest) out.cell_px = std::min(out.cell_px, cell);
   }
   return out;
 }
 
-double decimate_for(double cell_px) {
+double decimation_for(double cell_px) {
   // AprilTag takes one pixel of d x d for all whole d, and means for 1.5, which finds tags that are nearly as small as
   // in the picture itself, in a quarter of its time.
   for (const double d : {4.0, 3.0, 2.0})

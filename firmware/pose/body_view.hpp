@@ -16,10 +16,10 @@ struct BodyView {
 };
 
 /// Nothing where no tag faces the lens and falls into its picture.
-[[nodiscard]] std::optional<BodyView> view_of(const PlacedLens& lens, std::span<const TagInRoom> tags,
+[[nodiscard]] std::optional<BodyView> view_of(const PosedLens& lens, std::span<const WorldTag> tags,
                                               const UncertainPose& probe_body);
 
 /// By how much a picture may be made smaller so that tags with cells of `cell_px` are still found.
-[[nodiscard]] double decimate_for(double cell_px);
+[[nodiscard]] double decimation_for(double cell_px);
 
 }  // namespace lightwell

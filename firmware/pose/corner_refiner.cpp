@@ -72,7 +72,7 @@ std::optional<Edge> edge_from(Vector2d corner, Vector2d end, Vector2d opposite, 
 }
 
 /// One that wandered off by more than a cell belongs to something else.
-bool stayed(const RefinedCorner& corner, Vector2d given, const Edge& a, const Edge& b) {
+bool is_near_start(const RefinedCorner& corner, Vector2d given, const Edge& a, const Edge& b) {
   return (Vector2d(corner.at.x, corner.at.y) - given).norm() < std::max({3.0, 1.5 * a.cell, 1.5 * b.cell});
 }
 
@@ -93,7 +93,7 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
     auto b = edge_from(given(i), before, next, outline.edge_cells, kReach);
     if (!a || !b) continue;
     // A bent edge of a large tag lies far from the chord: first a wide look, then one along what was found.
-    const auto look = [&](Edge& e, double most) { return follow(light, e, std::clamp(0.6 * e.cell, 1.0, most), sign); };
+    const auto look = [&](Edge& e, double most) { return trace_edge(light, e, std::clamp(0.6 * e.cell, 1.0, most), sign); };
     if (!look(*a, 20) || !look(*b, 20)) continue;
     const auto rough = meeting(*a, *b);
     if (!rough) continue;
@@ -110,12 +110,12 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
     moved(*b);
     if (!look(*a, 3) || !look(*b, 3) || !fit(light, *a, sign) || !fit(light, *b, sign)) continue;
     const auto corner = meeting(*a, *b);
-    if (corner && stayed(*corner, given(i), *a, *b)) out[i] = corner;
+    if (corner && is_near_start(*corner, given(i), *a, *b)) out[i] = corner;
   }
   return out;
 }
 
-std::array<std::optional<RefinedCorner>, 4> follow_corners(const GreyPicture& picture, const TagOutline& outline,
+std::array<std::optional<RefinedCorner>, 4> locate_corners_by_edge_search(const GreyPicture& picture, const TagOutline& outline,
                                                            std::span<const float> linear, double reach) {
   std::array<std::optional<RefinedCorner>, 4> out;
   const LinearPicture light(picture, linear);
@@ -128,13 +128,13 @@ std::array<std::optional<RefinedCorner>, 4> follow_corners(const GreyPicture& pi
   for (std::size_t i = 0; i < 4; ++i) {
     const double length = (given(i + 1) - given(i)).norm();
     edges[i] = edge_from(given(i), given(i + 1), given(i + 3), outline.edge_cells, length);
-    if (edges[i] && !follow(light, *edges[i], std::clamp(0.6 * edges[i]->cell, 1.0, reach), sign)) edges[i].reset();
+    if (edges[i] && !trace_edge(light, *edges[i], std::clamp(0.6 * edges[i]->cell, 1.0, reach), sign)) edges[i].reset();
   }
   for (std::size_t i = 0; i < 4; ++i) {
     const auto &before = edges[(i + 3) % 4], &after = edges[i];
     if (!before || !after) continue;
     const auto corner = meeting(*before, *after, (given(i) - given(i + 3)).norm(), 0);
-    if (corner && stayed(*corner, given(i), *before, *after)) out[i] = corner;
+    if (corner && is_near_start(*corner, given(i), *before, *after)) out[i] = corner;
   }
   return out;
 }

@@ -37,7 +37,7 @@ struct TagOutline {
 
 /// The same from where the picture is steepest across each whole edge, at most `reach` px from the straight line
 /// between the given corners: no light is fitted. Takes a fiftieth of the time.
-[[nodiscard]] std::array<std::optional<RefinedCorner>, 4> follow_corners(const GreyPicture& picture,
+[[nodiscard]] std::array<std::optional<RefinedCorner>, 4> locate_corners_by_edge_search(const GreyPicture& picture,
                                                                          const TagOutline& outline,
                                                                          std::span<const float> linear, double reach);
 

@@ -31,7 +31,7 @@ void stereographic(const Vector3<T>& d, const Eigen::Vector3d& n, const Eigen::V
 
 /// Parameters of both residuals: the quaternion (x, y, z, w) and the translation of T_probe_middle.
 struct CornerResidual {
-  const SeenCorner* corner;
+  const CornerObservation* corner;
   Vec3d middle;
 
   template <class T>
@@ -78,8 +78,8 @@ struct Parameters {
 Vec3d middle_of(const Quads& quads) {
   Vec3d sum;
   int count = 0;
-  for (const SeenQuad* quad : quads)
-    for (const SeenCorner& c : quad->corners) {
+  for (const ObservedTag* quad : quads)
+    for (const CornerObservation& c : quad->corners) {
       sum += c.world;
       ++count;
     }
@@ -88,7 +88,7 @@ Vec3d middle_of(const Quads& quads) {
 
 double robust_cost(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world) {
   double sum = 0;
-  for (const SeenQuad* quad : quads) sum += std::log1p(mismatch(*quad, probe_world) / 9);
+  for (const ObservedTag* quad : quads) sum += std::log1p(mean_squared_residual(*quad, probe_world) / 9);
   if (gravity) {
     const Vec3d up = rotate(probe_world.rotation, Vec3d{0, 1, 0});
     const double off = angle_between(up, gravity->up_probe) / gravity->sigma_rad;
@@ -112,8 +112,8 @@ Slopes slopes_of(const ceres::CRSMatrix& sparse) {
 
 }  // namespace
 
-CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world,
-                      Loss loss, const SolverEffort& effort) {
+CornerSolution solve_pose(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world,
+                      Loss loss, const SolverLimits& limits) {
   CornerSolution out;
   out.middle = middle_of(quads);
   Parameters at(compose(probe_world, Pose{{}, out.middle}));
@@ -128,9 +128,9 @@ CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& g
   ceres::Problem problem(lent);
   problem.AddParameterBlock(at.q.data(), 4, &turns);
   problem.AddParameterBlock(at.t.data(), 3);
-  ceres::LossFunction* const robust = loss == Loss::forgiving ? static_cast<ceres::LossFunction*>(&cauchy) : &huber;
-  for (const SeenQuad* quad : quads)
-    for (const SeenCorner& corner : quad->corners)
+  ceres::LossFunction* const robust = loss == Loss::cauchy ? static_cast<ceres::LossFunction*>(&cauchy) : &huber;
+  for (const ObservedTag* quad : quads)
+    for (const CornerObservation& corner : quad->corners)
       problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<CornerResidual, 2, 4, 3>(new CornerResidual{&corner, out.middle}), robust,
           at.q.data(), at.t.data());
@@ -143,10 +143,10 @@ CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& g
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = effort.iterations;
-  options.function_tolerance = effort.tolerance;
-  options.gradient_tolerance = 100 * effort.tolerance;
-  options.parameter_tolerance = 100 * effort.tolerance;
+  options.max_num_iterations = limits.iterations;
+  options.function_tolerance = limits.tolerance;
+  options.gradient_tolerance = 100 * limits.tolerance;
+  options.parameter_tolerance = 100 * limits.tolerance;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
@@ -168,10 +168,10 @@ CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& g
   return out;
 }
 
-double mismatch(const SeenQuad& quad, const Pose& probe_world) {
+double mean_squared_residual(const ObservedTag& quad, const Pose& probe_world) {
   double sum = 0;
   const Parameters at(probe_world);
-  for (const SeenCorner& corner : quad.corners) {
+  for (const CornerObservation& corner : quad.corners) {
     std::array<double, 2> r{};
     if (!CornerResidual{&corner, {}}(at.q.data(), at.t.data(), r.data())) return kInfinite;
     sum += r[0] * r[0] + r[1] * r[1];
@@ -179,11 +179,11 @@ double mismatch(const SeenQuad& quad, const Pose& probe_world) {
   return sum / (2.0 * static_cast<double>(quad.corners.size()));
 }
 
-Pose flipped(const Quads& quads, const Pose& probe_world) {
+Pose mirror_pose(const Quads& quads, const Pose& probe_world) {
   const Eigen::Vector3d middle = eigen(middle_of(quads));
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const SeenQuad* quad : quads)
-    for (const SeenCorner& c : quad->corners) {
+  for (const ObservedTag* quad : quads)
+    for (const CornerObservation& c : quad->corners) {
       const Eigen::Vector3d off = eigen(c.world) - middle;
       spread += off * off.transpose();
     }
@@ -200,12 +200,12 @@ Pose flipped(const Quads& quads, const Pose& probe_world) {
   return out;
 }
 
-CornerSolution agreed(const Quads& quads, const std::optional<GravityReading>& gravity, const SolverEffort& effort) {
+CornerSolution consensus_pose(const Quads& quads, const std::optional<GravityReading>& gravity, const SolverLimits& limits) {
   std::vector<std::pair<double, Pose>> starts;
-  for (const SeenQuad* quad : quads) {
+  for (const ObservedTag* quad : quads) {
     const Quads one = {quad};
-    for (const Pose& start : {quad->probe_world, flipped(one, quad->probe_world)}) {
-      const CornerSolution s = solved(one, gravity, start, Loss::firm, effort);
+    for (const Pose& start : {quad->probe_world, mirror_pose(one, quad->probe_world)}) {
+      const CornerSolution s = solve_pose(one, gravity, start, Loss::huber, limits);
       if (!std::isfinite(s.cost)) continue;
       const Pose found = s.probe_world();
       starts.emplace_back(robust_cost(quads, gravity, found), found);
@@ -213,17 +213,17 @@ CornerSolution agreed(const Quads& quads, const std::optional<GravityReading>& g
   }
   std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   // A good start is among the first; each of them is a solver's run over all corners.
-  constexpr std::size_t kTried = 4;
-  if (starts.size() > kTried) starts.resize(kTried);
+  constexpr std::size_t kMaxStarts = 4;
+  if (starts.size() > kMaxStarts) starts.resize(kMaxStarts);
   CornerSolution best;
   for (const auto& start : starts)
-    if (CornerSolution s = solved(quads, gravity, start.second, Loss::forgiving, effort); s.cost < best.cost) best = s;
+    if (CornerSolution s = solve_pose(quads, gravity, start.second, Loss::cauchy, limits); s.cost < best.cost) best = s;
   return best;
 }
 
-Quads agreeing(const Quads& quads, const Pose& probe_world) {
+Quads find_inliers(const Quads& quads, const Pose& probe_world) {
   std::vector<double> all;
-  for (const SeenQuad* quad : quads) all.push_back(mismatch(*quad, probe_world));
+  for (const ObservedTag* quad : quads) all.push_back(mean_squared_residual(*quad, probe_world));
   std::vector<double> sorted = all;
   std::sort(sorted.begin(), sorted.end());
   const double usual = sorted[(sorted.size() - 1) / 2];
@@ -234,7 +234,7 @@ Quads agreeing(const Quads& quads, const Pose& probe_world) {
   return out;
 }
 
-std::optional<Matrix6d> noise_of(const CornerSolution& solution) {
+std::optional<Matrix6d> pose_covariance_of(const CornerSolution& solution) {
   // Scaled to ones in the diagonal first: radians and metres are not of a size.
   const Vector6d unit = solution.information.diagonal().cwiseSqrt().cwiseInverse();
   const Matrix6d scaled = unit.asDiagonal() * solution.information * unit.asDiagonal();
@@ -251,7 +251,7 @@ PoseCovariance covariance_from(const Matrix6d& m) {
   return out;
 }
 
-double rms_px(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag, const Pose& probe_world) {
+double rms_px(const PosedLens& lens, const TagObservation& seen, const WorldTag& tag, const Pose& probe_world) {
   const Pose lens_world = compose(inverse(lens.probe_lens), probe_world);
   double sum = 0;
   const auto at = tag_corners(tag.size_m);

@@ -4,7 +4,7 @@
 //   agreed        without a start: the pose that most tags agree on
 //   agreeing      the tags that agree with a pose
 //   flipped       the other attitude of a flat target
-//   noise_of      the covariance of a solution
+//   pose_covariance_of      the covariance of a solution
 #pragma once
 
 #include <limits>
@@ -22,7 +22,7 @@
 
 namespace lightwell {
 
-using Quads = std::vector<const SeenQuad*>;
+using Quads = std::vector<const ObservedTag*>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -42,40 +42,40 @@ struct CornerSolution {
 
 /// Where a corner's error, in standard deviations, begins to count less, and how steeply.
 enum class Loss {
-  forgiving,  ///< Cauchy's: what is far off hardly pulls.
-  firm,       ///< Huber's.
+  cauchy,  ///< Cauchy's: what is far off hardly pulls.
+  huber,       ///< Huber's.
 };
 
-struct SolverEffort {
+struct SolverLimits {
   int iterations = 100;
   double tolerance = 1e-14;  ///< Share of the cost that a step must bring.
 };
 
 /// `quads` is not empty. The cost is infinite where no pose came out.
-[[nodiscard]] CornerSolution solved(const Quads& quads, const std::optional<GravityReading>& gravity,
-                                    const Pose& probe_world, Loss loss, const SolverEffort& effort = {});
+[[nodiscard]] CornerSolution solve_pose(const Quads& quads, const std::optional<GravityReading>& gravity,
+                                    const Pose& probe_world, Loss loss, const SolverLimits& limits = {});
 
 /// From every single tag's own pose and its mirror image as starts.
-[[nodiscard]] CornerSolution agreed(const Quads& quads, const std::optional<GravityReading>& gravity,
-                                    const SolverEffort& effort = {});
+[[nodiscard]] CornerSolution consensus_pose(const Quads& quads, const std::optional<GravityReading>& gravity,
+                                    const SolverLimits& limits = {});
 
 /// Mean square of a tag's corners against a pose, in standard deviations.
-[[nodiscard]] double mismatch(const SeenQuad& quad, const Pose& probe_world);
+[[nodiscard]] double mean_squared_residual(const ObservedTag& quad, const Pose& probe_world);
 
 /// Those that agree with a pose, by the standard deviation of a corner. A model that is off by as much everywhere
 /// contradicts nobody: what counts is to be much worse than the better half.
-[[nodiscard]] Quads agreeing(const Quads& quads, const Pose& probe_world);
+[[nodiscard]] Quads find_inliers(const Quads& quads, const Pose& probe_world);
 
 /// The pose from which corners of a flat target look almost the same: the target's plane mirrored in the plane across
 /// the line of sight (Schweighofer & Pinz 2006, section 3, without their perspective terms, which the solver adds).
-[[nodiscard]] Pose flipped(const Quads& quads, const Pose& probe_world);
+[[nodiscard]] Pose mirror_pose(const Quads& quads, const Pose& probe_world);
 
 /// The covariance of probe_middle for corners that are as exact as they say. Nothing where they determine no pose.
-[[nodiscard]] std::optional<Matrix6d> noise_of(const CornerSolution& solution);
+[[nodiscard]] std::optional<Matrix6d> pose_covariance_of(const CornerSolution& solution);
 
 [[nodiscard]] PoseCovariance covariance_from(const Matrix6d& m);
 
 /// In the picture, of a tag's four corners against a pose; infinite where the lens would not see one of them.
-[[nodiscard]] double rms_px(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag, const Pose& probe_world);
+[[nodiscard]] double rms_px(const PosedLens& lens, const TagObservation& seen, const WorldTag& tag, const Pose& probe_world);
 
 }  // namespace lightwell

@@ -45,12 +45,12 @@ using Eigen::Vector2d;
 using Parameters = Eigen::Matrix<double, 8, 1>;
 using Normal = Eigen::Matrix<double, 8, 8>;
 
-constexpr double kLeastContrast = 5;  ///< Of 255.
+constexpr double kMinContrast = 5;  ///< Of 255.
 /// Rounding to whole values, as a standard deviation.
 constexpr double kRounding = 0.29;
 /// How much light changes, a share per pixel: 1 % is a falloff to half over fifty.
-constexpr double kUnevenness = 0.01;
-constexpr double kUnevennessAcross = 0.003;  // Less, as much of it would be taken for blur.
+constexpr double kIlluminationGradient = 0.01;
+constexpr double kIlluminationGradientAcross = 0.003;  // Less, as much of it would be taken for blur.
 constexpr double kUnknown = 6;  ///< Numbers that each edge's pixels have to tell; two more are nearly known.
 
 /// Standard deviation of the parabola's bend at its end, px. Straight edges have bends of the picture's own size
@@ -58,49 +58,49 @@ constexpr double kUnknown = 6;  ///< Numbers that each edge's pixels have to tel
 double bend_deviation(const LinearPicture& picture, double end) { return 0.5 * (8.0 / picture.sides()) * end * end; }
 
 /// Places along an edge that are looked at: more than these tell little more.
-constexpr std::size_t kMostPoints = 48;
+constexpr std::size_t kMaxPoints = 48;
 /// Of one place, px, as far as the weak hold on the bend is concerned.
 constexpr double kPlaceDeviation = 0.5;
 /// Places that lie on a curve more exactly than this do so by chance.
-constexpr double kLeastScatter = 0.03;
+constexpr double kMinScatter_px = 0.03;
 /// Two places a pixel apart count as one and a half would: values between pixels are means of the same ones.
-constexpr double kShared = 1.5;
+constexpr double kCorrelationFactor = 1.5;
 /// By what share of its width a blurred edge is out of place where cells are half as wide again; measured.
-constexpr double kPulled = 0.1;
+constexpr double kBlurBias = 0.1;
 /// The widest look, px.
-constexpr double kWidest = 20;
+constexpr double kMaxHalfWidth_px = 20;
 
 struct Steepest {
   double d = 0;
   double width_px = 0;  ///< Of the edge: how far it would go from dark to bright were it as steep all the way.
 };
 
-/// Where along `p0 + out * d` the picture grows fastest outwards (times `sign`), |d| <= reach <= kWidest.
+/// Where along `p0 + out * d` the picture grows fastest outwards (times `sign`), |d| <= reach <= kMaxHalfWidth_px.
 std::optional<Steepest> steepest(const LinearPicture& picture, Vector2d p0, Vector2d out, double reach, double sign) {
   constexpr double kStep = 0.5;
-  constexpr std::size_t kAside = 2;  // Differences over 2 px: less is noise, more is the next cell.
-  constexpr auto kMost = static_cast<std::size_t>(kWidest / kStep);
+  constexpr std::size_t kGradientOffset = 2;  // Differences over 2 px: less is noise, more is the next cell.
+  constexpr auto kMost = static_cast<std::size_t>(kMaxHalfWidth_px / kStep);
   const std::size_t half = std::min(static_cast<std::size_t>(std::ceil(reach / kStep)), kMost);
-  std::array<double, 2 * (kMost + kAside) + 1> room;
-  const std::span<double> values = std::span(room).first(2 * (half + kAside) + 1);
-  const double first = -kStep * static_cast<double>(half + kAside);
+  std::array<double, 2 * (kMost + kGradientOffset) + 1> room;
+  const std::span<double> values = std::span(room).first(2 * (half + kGradientOffset) + 1);
+  const double first = -kStep * static_cast<double>(half + kGradientOffset);
   if (!picture.along(p0 + out * first, out * kStep, values)) return std::nullopt;
   double best = 0;
   std::size_t where = 0;
-  const auto growth = [&](std::size_t i) { return sign * (values[i + kAside] - values[i - kAside]); };
-  for (std::size_t i = kAside; i + kAside < values.size(); ++i)
+  const auto growth = [&](std::size_t i) { return sign * (values[i + kGradientOffset] - values[i - kGradientOffset]); };
+  for (std::size_t i = kGradientOffset; i + kGradientOffset < values.size(); ++i)
     if (const double g = growth(i); g > best) {
       best = g;
       where = i;
     }
-  if (best < kLeastContrast) return std::nullopt;
+  if (best < kMinContrast) return std::nullopt;
   double fine = 0;
-  if (where > kAside && where + kAside + 1 < values.size()) {
+  if (where > kGradientOffset && where + kGradientOffset + 1 < values.size()) {
     const double before = growth(where - 1), after = growth(where + 1), bend = before - 2 * best + after;
     if (bend < 0) fine = std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
   }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return Steepest{first + (static_cast<double>(where) + fine) * kStep, 2 * kAside * kStep * (*most - *least) / best};
+  return Steepest{first + (static_cast<double>(where) + fine) * kStep, 2 * kGradientOffset * kStep * (*most - *least) / best};
 }
 
 struct Sample {
@@ -278,13 +278,13 @@ std::optional<Parameters> first_guess(const Edge& edge, const std::vector<Sample
 
 }  // namespace
 
-bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign) {
+bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double sign) {
   struct Point {
     double t, d, width_px;
   };
-  std::array<Point, kMostPoints> room;
+  std::array<Point, kMaxPoints> room;
   std::size_t count = 0;
-  const int steps = std::clamp(static_cast<int>(edge.end - edge.begin), 4, static_cast<int>(kMostPoints) - 1);
+  const int steps = std::clamp(static_cast<int>(edge.end - edge.begin), 4, static_cast<int>(kMaxPoints) - 1);
   for (int i = 0; i <= steps; ++i) {
     const double s = edge.begin + (edge.end - edge.begin) * i / steps;
     if (const auto d = steepest(picture, edge.origin + edge.along * s, edge.out, reach, sign))
@@ -317,13 +317,13 @@ bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign)
   if (!curve.allFinite()) return false;
   edge.curve = curve;
   // Neighbouring places share pixels.
-  const double variance = std::max(squares / std::max(weights - 3, 1.0), kLeastScatter * kLeastScatter) * kShared;
+  const double variance = std::max(squares / std::max(weights - 3, 1.0), kMinScatter_px * kMinScatter_px) * kCorrelationFactor;
   edge.covariance = variance * normal.inverse();
   // Where blur mixes a cell with the next, the steepest place is no longer where the edge is, along all of it.
   const auto middle = room.begin() + static_cast<std::ptrdiff_t>(count / 2);
   std::nth_element(room.begin(), middle, room.begin() + static_cast<std::ptrdiff_t>(count),
                    [](const Point& a, const Point& b) { return a.width_px < b.width_px; });
-  const double pulled = kPulled * middle->width_px * std::clamp(middle->width_px / edge.cell - 0.5, 0.0, 2.0);
+  const double pulled = kBlurBias * middle->width_px * std::clamp(middle->width_px / edge.cell - 0.5, 0.0, 2.0);
   edge.covariance(0, 0) += pulled * pulled;
   return true;
 }
@@ -353,8 +353,8 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
         right[k] -= weight * x[k];
       };
       hold(2, bend);
-      hold(6, kUnevenness);
-      hold(7, kUnevennessAcross);
+      hold(6, kIlluminationGradient);
+      hold(7, kIlluminationGradientAcross);
       damped.diagonal() *= 1 + damping;
       const Parameters step = damped.ldlt().solve(right);
       if (!step.allFinite()) return false;
@@ -374,12 +374,12 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
   }
   if (here.count < 10) return false;
   const double contrast = sign * (x[4] - x[3]);
-  if (contrast < kLeastContrast || contrast < 2 * std::sqrt(here.variance())) return false;
+  if (contrast < kMinContrast || contrast < 2 * std::sqrt(here.variance())) return false;
   if ((x.head<3>() - edge.curve).cwiseAbs().maxCoeff() > 2 * half) return false;
   Normal information = here.normal / here.variance();
   information(2, 2) += 1 / (bend * bend);
-  information(6, 6) += 1 / (kUnevenness * kUnevenness);
-  information(7, 7) += 1 / (kUnevennessAcross * kUnevennessAcross);
+  information(6, 6) += 1 / (kIlluminationGradient * kIlluminationGradient);
+  information(7, 7) += 1 / (kIlluminationGradientAcross * kIlluminationGradientAcross);
   const Normal covariance = information.ldlt().solve(Normal::Identity());
   if (!covariance.allFinite()) return false;
   edge.curve = x.head<3>();

@@ -46,7 +46,7 @@ struct Edge {
 
 /// A parabola through the places where the picture grows fastest outwards (times `sign`), at most `reach` px aside;
 /// fills `curve` and `covariance`. False where there is no edge for half of the way.
-[[nodiscard]] bool follow(const LinearPicture& picture, Edge& edge, double reach, double sign);
+[[nodiscard]] bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double sign);
 
 /// The blurred edge itself, from where `edge.curve` says it is; fills `curve` and `covariance`. False where there is no
 /// contrast of the right `sign`, or the fit went elsewhere.

@@ -7,14 +7,14 @@
 namespace lightwell {
 
 namespace {
-constexpr int kLargestSide = 16384;
+constexpr int kMaxSide_px = 16384;
 }
 
 Status GreyPicture::validate() const {
   const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, "picture: " + what); };
-  if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide)
+  if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px)
     return wrong("it has " + std::to_string(width) + "x" + std::to_string(height) + " pixels; a side must be 1 to " +
-                 std::to_string(kLargestSide));
+                 std::to_string(kMaxSide_px));
   const auto row = static_cast<std::size_t>(width);
   if (stride < row || stride > static_cast<std::size_t>(1) << 20)
     return wrong("stride is " + std::to_string(stride) + " bytes for rows of " + std::to_string(width));
@@ -27,10 +27,10 @@ Status GreyPicture::validate() const {
 int contrast_above_noise(const GreyPicture& picture) {
   // What AprilTag compares: 3 x 3 tiles of 4 x 4 pixels.
   constexpr int kWindow = 12, kColumns = 16, kRows = 12;
-  constexpr int kLeast = 5, kMost = 15;
+  constexpr int kMinContrast = 5, kMaxContrast = 15;
   // So many are flat in most pictures; where all is busy the most is taken.
   constexpr double kFlat = 0.4;
-  if (picture.width < kWindow || picture.height < kWindow) return kLeast;
+  if (picture.width < kWindow || picture.height < kWindow) return kMinContrast;
   std::array<int, static_cast<std::size_t>(kColumns) * kRows> ranges;
   std::size_t n = 0;
   for (int row = 0; row < kRows; ++row)
@@ -49,7 +49,7 @@ int contrast_above_noise(const GreyPicture& picture) {
   const auto flat = ranges.begin() + static_cast<std::ptrdiff_t>(kFlat * static_cast<double>(n));
   std::nth_element(ranges.begin(), flat, ranges.end());
   // Some windows are noisier than the usual one.
-  return std::clamp(*flat + *flat / 4 + 1, kLeast, kMost);
+  return std::clamp(*flat + *flat / 4 + 1, kMinContrast, kMaxContrast);
 }
 
 }  // namespace lightwell

@@ -13,7 +13,7 @@ namespace lightwell {
 
 namespace {
 
-constexpr double kLargest = 10;
+constexpr double kMaxSize_m = 10;
 /// A slit of this area is rounding, no patch, m².
 constexpr double kNoArea = 1e-12;
 
@@ -26,9 +26,9 @@ std::string brief(double value) {
 }
 
 /// To a picometre: files stay readable, and zero is zero.
-double tidy(double metres) { return std::round(metres * 1e12) / 1e12 + 0.0; }
-FacePoint tidy(FacePoint p) { return {tidy(p.x), tidy(p.y)}; }
-Vec3d tidy(Vec3d v) { return {tidy(v.x), tidy(v.y), tidy(v.z)}; }
+double round_to_picometre(double metres) { return std::round(metres * 1e12) / 1e12 + 0.0; }
+FacePoint round_to_picometre(FacePoint p) { return {round_to_picometre(p.x), round_to_picometre(p.y)}; }
+Vec3d round_to_picometre(Vec3d v) { return {round_to_picometre(v.x), round_to_picometre(v.y), round_to_picometre(v.z)}; }
 
 /// Points p with a x + b y <= c.
 struct HalfPlane {
@@ -72,7 +72,7 @@ std::vector<MarkerPatch> patches_around(const FaceOutline& outline, double half,
     for (const FaceOutline& part : {above, beside}) {
       if (part.size() < 3 || area_of(part) < kNoArea) continue;
       MarkerPatch patch;
-      for (const FacePoint& p : part) patch.outline.push_back(tidy(p));
+      for (const FacePoint& p : part) patch.outline.push_back(round_to_picometre(p));
       patch.albedo = {albedos[k], albedos[k], albedos[k]};
       out.push_back(std::move(patch));
     }
@@ -123,7 +123,7 @@ Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec
   const Vec3d x = cross(y, n);
 
   Shaped out;
-  out.body_face = {rotation_of(x, y, n), tidy(n * r)};
+  out.body_face = {rotation_of(x, y, n), round_to_picometre(n * r)};
   for (const Vec3d& m : neighbours) {
     // On this face's plane p = r n + u x + v y, on the neighbour's m.p = r.
     const double a = dot(m, x), b = dot(m, y), inclined = std::hypot(a, b);
@@ -139,20 +139,20 @@ Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec
     const HalfPlane& p = out.edges[(i + out.edges.size() - 1) % out.edges.size()];
     const HalfPlane& q = out.edges[i];
     const double d = p.a * q.b - q.a * p.b;
-    out.outline.push_back(tidy(FacePoint{(p.c * q.b - q.c * p.b) / d, (p.a * q.c - q.a * p.c) / d}));
+    out.outline.push_back(round_to_picometre(FacePoint{(p.c * q.b - q.c * p.b) / d, (p.a * q.c - q.a * p.c) / d}));
   }
   return out;
 }
 
 /// Half the largest square, sides along x and y, that these edges leave room for.
 double largest_half_square(const std::vector<HalfPlane>& edges) {
-  double out = kLargest;
+  double out = kMaxSize_m;
   for (const HalfPlane& e : edges) out = std::min(out, e.c / (std::abs(e.a) + std::abs(e.b)));
   return out;
 }
 
 Status check(double size_m, const std::string& field, TagFamily family, int first_id, std::size_t tags) {
-  if (!(size_m > 0 && size_m <= kLargest))
+  if (!(size_m > 0 && size_m <= kMaxSize_m))
     return wrong(field + " is " + brief(size_m) + "; it is in metres, above 0 and at most 10");
   const int known = shape_of(family).tags, needed = static_cast<int>(tags);
   if (first_id < 0 || first_id > known - needed)
@@ -185,7 +185,7 @@ Result<MarkerBody> make_solid(const std::string& name, const std::vector<Vec3d>&
     const Result<double> tag = tag_size(options.tag_size_m, tag_size_for(options.family, shaped.edges[0].c),
                                         options.family, largest_half_square(shaped.edges));
     if (!tag) return tag.status();
-    out.tag_size_m = tidy(*tag);
+    out.tag_size_m = round_to_picometre(*tag);
     MarkerFace face;
     face.tag_id = options.first_id + static_cast<int>(i);
     face.body_face = shaped.body_face;
@@ -280,15 +280,15 @@ Result<MarkerBody> make_ball_on_tag(const BallOnTagOptions& options) {
   MarkerBody out;
   out.name = "ball " + in_mm(d) + " on a tag, " + std::string(to_string(options.paper));
   out.tag_family = to_string(options.family);
-  out.tag_size_m = tidy(*tag);
+  out.tag_size_m = round_to_picometre(*tag);
   out.ball = MarkerBall{{0, 0, 0}, d / 2, {options.ball_albedo, options.ball_albedo, options.ball_albedo}};
   MarkerFace face;
   face.tag_id = options.id;
-  face.body_face = {rotation_of({1, 0, 0}, {0, 0, -1}, {0, 1, 0}), tidy(Vec3d{0, -d / 2, d})};
+  face.body_face = {rotation_of({1, 0, 0}, {0, 0, -1}, {0, 1, 0}), round_to_picometre(Vec3d{0, -d / 2, d})};
   const double half = white_square_m(options.family, out.tag_size_m) / 2;
   for (const FacePoint& p : {FacePoint{-1.25 * d, -0.75 * d}, FacePoint{1.25 * d, -0.75 * d},
                              FacePoint{1.25 * d, 1.75 * d}, FacePoint{-1.25 * d, 1.75 * d}})
-    face.outline.push_back(tidy(p));
+    face.outline.push_back(round_to_picometre(p));
   face.patches = patches_around(clipped(face.outline, {0, 1, half}), half, options.paper);
   out.faces.push_back(std::move(face));
   if (const Status s = out.validate(); !s.ok()) return s;

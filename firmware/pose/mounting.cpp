@@ -38,9 +38,9 @@ Status check(const GravityReading& gravity) {
   return {};
 }
 
-Status check(std::span<const TagInRoom> room) {
+Status check(std::span<const WorldTag> room) {
   std::set<std::pair<TagFamily, int>> known;
-  for (const TagInRoom& tag : room) {
+  for (const WorldTag& tag : room) {
     const std::string name = "room: " + std::string(to_string(tag.family)) + " " + std::to_string(tag.id);
     const Quat q = tag.world_tag.rotation;
     const Vec3d t = tag.world_tag.translation;
@@ -64,8 +64,8 @@ Status MountingOptions::validate() const {
   return {};
 }
 
-std::vector<TagInRoom> tags_of(const TagBoard& board, const Pose& world_board) {
-  std::vector<TagInRoom> out;
+std::vector<WorldTag> tags_of(const TagBoard& board, const Pose& world_board) {
+  std::vector<WorldTag> out;
   for (int i = 0; i < board.tags(); ++i) {
     const int id = board.first_id + i;
     out.push_back(
@@ -85,30 +85,30 @@ Result<Mounting> gravity_mounting(const GravityReading& gravity) {
   return out;
 }
 
-Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRoom> room, std::span<const SeenTag> seen,
+Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTag> room, std::span<const TagObservation> seen,
                                const std::optional<GravityReading>& gravity, const MountingOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return s;
   if (const Status s = check(room); !s.ok()) return s;
   if (gravity)
     if (const Status s = check(*gravity); !s.ok()) return s;
-  const PlacedLenses lenses(rig);
-  std::vector<SeenQuad> known;
-  std::vector<TagUse> uses;
+  const PosedLenses lenses(rig);
+  std::vector<ObservedTag> known;
+  std::vector<TagReport> uses;
   std::set<std::tuple<int, TagFamily, int>> met;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const SeenTag& s = seen[i];
+    const TagObservation& s = seen[i];
     if (s.lens < 0 || static_cast<std::size_t>(s.lens) >= rig.lenses.size())
       return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
     uses.push_back({s.lens, s.tag.family, s.tag.id, 0, false, {}});
     const auto tag = std::find_if(room.begin(), room.end(),
-                                  [&](const TagInRoom& t) { return t.family == s.tag.family && t.id == s.tag.id; });
+                                  [&](const WorldTag& t) { return t.family == s.tag.family && t.id == s.tag.id; });
     if (tag == room.end()) {
       uses.back().left_out = "it is not in the room's list";
       continue;
     }
     if (!met.emplace(s.lens, s.tag.family, s.tag.id).second)
       return wrong(name_of(s) + " is seen twice; a number may hang in the room only once");
-    Result<SeenQuad> quad = directions_of(lenses.at(s.lens), s, *tag, options.model_error_px);
+    Result<ObservedTag> quad = directions_of(lenses.at(s.lens), s, *tag, options.model_error_px);
     if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
     if (!quad) {
       uses.back().left_out = quad.status().message();
@@ -120,7 +120,7 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
   if (known.empty()) {
     if (!gravity) {
       std::string why = "no tag is seen";
-      for (const TagUse& use : uses)
+      for (const TagReport& use : uses)
         why = uses.size() == 1 || use.left_out != "it is not in the room's list"
                   ? use.left_out
                   : "none of the " + std::to_string(seen.size()) + " seen tags is in the room's list";
@@ -131,21 +131,21 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
     return up;
   }
   Quads all;
-  for (const SeenQuad& quad : known) all.push_back(&quad);
-  CornerSolution best = agreed(all, gravity);
+  for (const ObservedTag& quad : known) all.push_back(&quad);
+  CornerSolution best = consensus_pose(all, gravity);
   if (!std::isfinite(best.cost)) return Status(StatusCode::internal, "mounting: the solver found no pose at all");
-  const Quads used = agreeing(all, best.probe_world());
+  const Quads used = find_inliers(all, best.probe_world());
   if (2 * used.size() <= all.size()) {
     std::string names;
-    for (const SeenQuad* quad : all)
+    for (const ObservedTag* quad : all)
       if (std::find(used.begin(), used.end(), quad) == used.end())
         names += (names.empty() ? "" : ", ") + name_of(seen[quad->index]);
     return Status(StatusCode::failed_precondition,
                   "the tags contradict each other (against the rest: " + names +
                       "); check that each hangs where the room's list says, in that size");
   }
-  best = solved(used, gravity, best.probe_world(), Loss::firm);
-  CornerSolution other = solved(used, gravity, flipped(used, best.probe_world()), Loss::firm);
+  best = solve_pose(used, gravity, best.probe_world(), Loss::huber);
+  CornerSolution other = solve_pose(used, gravity, mirror_pose(used, best.probe_world()), Loss::huber);
   if (other.cost < best.cost) std::swap(best, other);
 
   Mounting out;
@@ -154,7 +154,7 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
   const double freedom = 8.0 * static_cast<double>(used.size()) + (gravity ? 2 : 0) - 6;
   out.chi_square = best.cost / freedom;
   const double scale = std::max(1.0, out.chi_square);
-  const std::optional<Matrix6d> noise = noise_of(best);
+  const std::optional<Matrix6d> noise = pose_covariance_of(best);
   if (!noise)
     return Status(
         StatusCode::failed_precondition,
@@ -172,8 +172,8 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRo
     out.ambiguous = out.alternative_excess < 2 * std::log(options.ambiguity_odds);
   }
   double squares = 0;
-  for (const SeenQuad& quad : known) {
-    TagUse& use = out.tags[quad.index];
+  for (const ObservedTag& quad : known) {
+    TagReport& use = out.tags[quad.index];
     use.rms_px = rms_px(lenses.at(seen[quad.index].lens), seen[quad.index], *quad.tag, best.probe_world());
     use.used = std::find(used.begin(), used.end(), &quad) != used.end();
     if (use.used) {

@@ -26,7 +26,7 @@
 namespace lightwell {
 
 /// A tag that hangs in the room. Its pose is taken as exact: measure it better than the probe is wanted.
-struct TagInRoom {
+struct WorldTag {
   TagFamily family = TagFamily::tag36h11;
   int id = 0;
   double size_m = 0;  ///< As TagBoard::tag_size_m.
@@ -34,9 +34,9 @@ struct TagInRoom {
 };
 
 /// All tags of a board that hangs at `world_board`, which validates.
-[[nodiscard]] std::vector<TagInRoom> tags_of(const TagBoard& board, const Pose& world_board);
+[[nodiscard]] std::vector<WorldTag> tags_of(const TagBoard& board, const Pose& world_board);
 
-struct SeenTag {
+struct TagObservation {
   int lens = 0;
   TagDetection tag;
 };
@@ -58,7 +58,7 @@ struct MountingOptions {
 };
 
 /// What a seen tag contributed.
-struct TagUse {
+struct TagReport {
   int lens = 0;
   TagFamily family = TagFamily::tag36h11;
   int id = 0;
@@ -77,7 +77,7 @@ struct Mounting {
   std::optional<Pose> alternative;
   double alternative_excess = 0;
   bool ambiguous = false;
-  std::vector<TagUse> tags;  ///< In the order given.
+  std::vector<TagReport> tags;  ///< In the order given.
   double rms_px = 0;         ///< Over the corners used.
   double chi_square = 0;     ///< Over the degrees of freedom; the covariance is scaled by it where it is above 1.
 };
@@ -87,8 +87,8 @@ struct Mounting {
 /// invalid_argument: no tag of the room is seen and no gravity given; a number that is NaN; a tag twice in one lens or
 /// in the room; options that do not validate. failed_precondition: the tags contradict each other, so that no majority
 /// agrees on a place.
-[[nodiscard]] Result<Mounting> find_mounting(const RigParameters& rig, std::span<const TagInRoom> room,
-                                             std::span<const SeenTag> seen,
+[[nodiscard]] Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTag> room,
+                                             std::span<const TagObservation> seen,
                                              const std::optional<GravityReading>& gravity = std::nullopt,
                                              const MountingOptions& options = {});
 

@@ -14,8 +14,8 @@ constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
 /// The first ring's centre: further out a view would look past the edge of most lenses. A lens that sees more has
 /// others.
 constexpr double kRingCenter = 70 * kDegree, kRingStep = 50 * kDegree;
-constexpr int kLargest = 1600;
-constexpr std::uint8_t kNothing = 128;
+constexpr int kMaxSize_px = 1600;
+constexpr std::uint8_t kGrey = 128;
 /// The lens is asked for the corners of blocks of so many pixels; between them its mapping is bent by some hundredths
 /// of a pixel, and corners are measured in the original.
 constexpr int kBlock = 8;
@@ -47,7 +47,7 @@ std::optional<ViewAxes> view_towards(const CameraModel& lens, double theta, doub
   view.down = direction_cv(theta + std::numbers::pi / 2, phi);
   view.right = cross(view.down, view.forward);
   const double wanted = 2 * *focal * std::tan(half);
-  view.size = static_cast<int>(std::clamp(wanted, 16.0, static_cast<double>(kLargest)));
+  view.size = static_cast<int>(std::clamp(wanted, 16.0, static_cast<double>(kMaxSize_px)));
   view.focal_px = *focal * view.size / wanted;
   return view;
 }
@@ -74,7 +74,7 @@ double largest_angle(const CameraModel& lens, int width, int height) {
 
 std::uint8_t sampled(const GreyPicture& picture, PixelPosition p) {
   const double fx = std::floor(p.x), fy = std::floor(p.y);
-  if (!(fx >= 0 && fy >= 0 && fx < picture.width - 1 && fy < picture.height - 1)) return kNothing;
+  if (!(fx >= 0 && fy >= 0 && fx < picture.width - 1 && fy < picture.height - 1)) return kGrey;
   const int x = static_cast<int>(fx), y = static_cast<int>(fy);
   const double u = p.x - fx, v = p.y - fy;
   const double value = (1 - v) * ((1 - u) * picture.at(x, y) + u * picture.at(x + 1, y)) +
@@ -85,7 +85,7 @@ std::uint8_t sampled(const GreyPicture& picture, PixelPosition p) {
 }  // namespace
 
 RectifiedView::RectifiedView(const GreyPicture& picture, const CameraModel& lens, const ViewAxes& axes)
-    : axes_(axes), pixels_(static_cast<std::size_t>(axes.size) * static_cast<std::size_t>(axes.size), kNothing) {
+    : axes_(axes), pixels_(static_cast<std::size_t>(axes.size) * static_cast<std::size_t>(axes.size), kGrey) {
   const auto at = [&](int x, int y) { return original(lens, {static_cast<double>(x), static_cast<double>(y)}); };
   for (int top = 0; top < axes.size; top += kBlock)
     for (int left = 0; left < axes.size; left += kBlock) {

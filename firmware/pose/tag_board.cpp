@@ -15,9 +15,9 @@ namespace lightwell {
 namespace {
 
 /// More is a slip of the pen: 100 tags a side, or one as large as a house.
-constexpr int kMostASide = 100;
-constexpr double kLargest = 10;
-constexpr double kWidestSpacing = 100;
+constexpr int kMaxTagsPerSide = 100;
+constexpr double kMaxTagSize_m = 10;
+constexpr double kMaxSpacing = 100;
 
 std::string text_of(double value) {
   char digits[32];
@@ -26,7 +26,7 @@ std::string text_of(double value) {
 }
 
 /// The gap at which the prints of neighbours touch; of a family with a white rim they may share it.
-double least_spacing(TagFamily family) {
+double min_spacing(TagFamily family) {
   const TagShape shape = shape_of(family);
   const double outside = (shape.cells - shape.edge_cells) / 2.0;
   return (shape.dark_inside ? 1.0 : 2 * outside) / shape.edge_cells;
@@ -106,19 +106,19 @@ std::optional<std::string> set(TagBoard& board, std::size_t key, std::string_vie
 
 Status TagBoard::validate() const {
   const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
-  if (columns < 1 || columns > kMostASide)
-    return wrong("columns (tagCols) is " + std::to_string(columns) + "; it must be 1 to " + std::to_string(kMostASide));
-  if (rows < 1 || rows > kMostASide)
-    return wrong("rows (tagRows) is " + std::to_string(rows) + "; it must be 1 to " + std::to_string(kMostASide));
-  if (!(tag_size_m > 0 && tag_size_m <= kLargest))
+  if (columns < 1 || columns > kMaxTagsPerSide)
+    return wrong("columns (tagCols) is " + std::to_string(columns) + "; it must be 1 to " + std::to_string(kMaxTagsPerSide));
+  if (rows < 1 || rows > kMaxTagsPerSide)
+    return wrong("rows (tagRows) is " + std::to_string(rows) + "; it must be 1 to " + std::to_string(kMaxTagsPerSide));
+  if (!(tag_size_m > 0 && tag_size_m <= kMaxTagSize_m))
     return wrong("tag_size_m (tagSize) is " + text_of(tag_size_m) + "; it is in metres, above 0 and at most " +
-                 text_of(kLargest));
-  const double least = least_spacing(family);
+                 text_of(kMaxTagSize_m));
+  const double least = min_spacing(family);
   // What a person rounds to three digits still touches.
-  if (!(spacing >= least - 1e-3 && spacing <= kWidestSpacing))
+  if (!(spacing >= least - 1e-3 && spacing <= kMaxSpacing))
     return wrong("spacing (tagSpacing) is " + text_of(spacing) + "; tags of " + std::string(to_string(family)) +
                  " need at least " + text_of(least) + " of their size between them, and at most " +
-                 text_of(kWidestSpacing));
+                 text_of(kMaxSpacing));
   const int known = shape_of(family).tags;
   if (first_id < 0 || first_id > known - tags())
     return wrong("first_id (codeOffset) is " + std::to_string(first_id) + " and the board has " +

@@ -14,14 +14,14 @@ namespace lightwell {
 namespace {
 
 /// Below, AprilTag's tiles of 4 x 4 pixels leave nothing to look at, and no tag is readable.
-constexpr int kSmallestSide = 32;
+constexpr int kMinSide_px = 32;
 /// In AprilTag's coordinates the top left pixel's centre.
 constexpr double kApriltagCenter = 0.5;
 /// Of AprilTag's own corners, px; measured a few tenths, more where edges are bent.
 constexpr double kCoarseDeviation = 0.5;
 /// How far from AprilTag's straight edges the true ones are looked for, px; more by as much as the picture was made
 /// smaller.
-constexpr double kFollowReach = 1.5;
+constexpr double kEdgeSearchReach_px = 1.5;
 
 PixelPosition middle_of(const std::array<PixelPosition, 4>& c) {
   return {(c[0].x + c[1].x + c[2].x + c[3].x) / 4, (c[0].y + c[1].y + c[2].y + c[3].y) / 4};
@@ -78,8 +78,8 @@ Status TagDetectorOptions::validate() const {
   if (!(decimate >= 1 && decimate <= 8))
     return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
   if (!(blur_px >= 0 && blur_px <= 5)) return wrong("blur_px is " + std::to_string(blur_px) + "; it must be 0 to 5");
-  if (least_contrast < 1 || least_contrast > 255)
-    return wrong("least_contrast is " + std::to_string(least_contrast) + "; it must be 1 to 255");
+  if (min_contrast < 1 || min_contrast > 255)
+    return wrong("min_contrast is " + std::to_string(min_contrast) + "; it must be 1 to 255");
   if (max_hamming < 0 || max_hamming > 2)
     return wrong("max_hamming is " + std::to_string(max_hamming) + "; it must be 0 to 2");
   if (!(min_decision_margin >= 0 && min_decision_margin <= 255))
@@ -94,30 +94,30 @@ Status TagDetectorOptions::validate() const {
   return {};
 }
 
-Status TagLook::validate() const {
+Status DetectionWindow::validate() const {
   TagDetectorOptions asked;
   asked.decimate = decimate;
-  asked.least_contrast = least_contrast;
+  asked.min_contrast = min_contrast;
   const Status s = asked.validate();
   return s.ok() ? s : Status(s.code(), "tag detector: " + s.message());
 }
 
-struct TagDetector::Inside {
+struct TagDetector::Impl {
   TagDetectorOptions options;
   std::vector<std::pair<TagFamily, ApriltagFamily>> families;
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{nullptr, apriltag_detector_destroy};
 
   /// AprilTag's view of a picture; corners in our pixels, not refined.
-  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture, double decimate, int least_contrast) const;
+  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture, double decimate, int min_contrast) const;
   void refine(const GreyPicture& picture, TagDetection& tag, double decimate) const;
 };
 
-std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture, double decimate,
-                                                    int least_contrast) const {
+std::vector<TagDetection> TagDetector::Impl::look(const GreyPicture& picture, double decimate,
+                                                    int min_contrast) const {
   std::vector<TagDetection> out;
-  if (std::min(picture.width, picture.height) < kSmallestSide * decimate) return out;
+  if (std::min(picture.width, picture.height) < kMinSide_px * decimate) return out;
   detector->quad_decimate = static_cast<float>(decimate);
-  detector->qtp.min_white_black_diff = least_contrast;
+  detector->qtp.min_white_black_diff = min_contrast;
   // AprilTag does not write to the picture; its type cannot say so.
   image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
                    const_cast<std::uint8_t*>(picture.data.data())};
@@ -143,13 +143,13 @@ std::vector<TagDetection> TagDetector::Inside::look(const GreyPicture& picture, 
   return out;
 }
 
-void TagDetector::Inside::refine(const GreyPicture& picture, TagDetection& tag, double decimate) const {
-  if (options.corners == CornerWork::none) return;
+void TagDetector::Impl::refine(const GreyPicture& picture, TagDetection& tag, double decimate) const {
+  if (options.corners == CornerRefinement::none) return;
   const TagShape shape = shape_of(tag.family);
   const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
-  const auto corners = options.corners == CornerWork::fitted
+  const auto corners = options.corners == CornerRefinement::edge_fit
                            ? refine_corners(picture, outline, options.linear)
-                           : follow_corners(picture, outline, options.linear, kFollowReach + decimate);
+                           : locate_corners_by_edge_search(picture, outline, options.linear, kEdgeSearchReach_px + decimate);
   tag.refined = true;
   for (std::size_t k = 0; k < 4; ++k) {
     if (corners[k]) {
@@ -161,14 +161,14 @@ void TagDetector::Inside::refine(const GreyPicture& picture, TagDetection& tag, 
   }
 }
 
-TagDetector::TagDetector(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
+TagDetector::TagDetector(std::unique_ptr<Impl> inside) : impl_(std::move(inside)) {}
 TagDetector::TagDetector(TagDetector&&) noexcept = default;
 TagDetector& TagDetector::operator=(TagDetector&&) noexcept = default;
 TagDetector::~TagDetector() = default;
 
 Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return Status(s.code(), "tag detector: " + s.message());
-  auto inside = std::make_unique<Inside>();
+  auto inside = std::make_unique<Impl>();
   inside->options = options;
   inside->detector.reset(apriltag_detector_create());
   apriltag_detector_t& detector = *inside->detector;
@@ -184,14 +184,14 @@ Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
 
 Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  std::vector<TagDetection> tags = inside_->look(picture, inside_->options.decimate, inside_->options.least_contrast);
+  std::vector<TagDetection> tags = impl_->look(picture, impl_->options.decimate, impl_->options.min_contrast);
   // What a rectified view says of tags that were found plainly: a better start where edges are bent.
   std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
-    for (const ViewAxes& axes : views_of(*lens, picture.width, picture.height, inside_->options.rectify_beyond_rad)) {
+    for (const ViewAxes& axes : views_of(*lens, picture.width, picture.height, impl_->options.rectify_beyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
       for (TagDetection tag :
-           inside_->look(view.picture(), inside_->options.decimate, inside_->options.least_contrast)) {
+           impl_->look(view.picture(), impl_->options.decimate, impl_->options.min_contrast)) {
         tag.rectified = true;
         if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
@@ -207,16 +207,16 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
     }
   }
   for (std::size_t i = 0; i < tags.size(); ++i) {
-    inside_->refine(picture, tags[i], inside_->options.decimate);
+    impl_->refine(picture, tags[i], impl_->options.decimate);
     if (tags[i].refined || !straight[i]) continue;
-    inside_->refine(picture, *straight[i], inside_->options.decimate);
+    impl_->refine(picture, *straight[i], impl_->options.decimate);
     if (straight[i]->refined) tags[i] = *straight[i];
   }
   sort(tags);
   return tags;
 }
 
-Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& picture, const TagLook& look) {
+Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& picture, const DetectionWindow& look) {
   if (const Status s = picture.validate(); !s.ok()) return s;
   if (const Status s = look.validate(); !s.ok()) return s;
   const PixelRegion& region = look.region;
@@ -229,10 +229,10 @@ Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& pict
   if (right <= left || bottom <= top) return std::vector<TagDetection>();
   const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
   const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
-  std::vector<TagDetection> tags = inside_->look(part, look.decimate, look.least_contrast);
+  std::vector<TagDetection> tags = impl_->look(part, look.decimate, look.min_contrast);
   for (TagDetection& tag : tags) {
     for (PixelPosition& p : tag.corners) p = {p.x + left, p.y + top};
-    inside_->refine(picture, tag, look.decimate);
+    impl_->refine(picture, tag, look.decimate);
   }
   sort(tags);
   return tags;

@@ -41,11 +41,11 @@ struct TagDetection {
 };
 
 /// What becomes of AprilTag's corners.
-enum class CornerWork : std::uint8_t {
+enum class CornerRefinement : std::uint8_t {
   none,      ///< Kept: good to half a pixel, to one where the picture was made smaller.
-  followed,  ///< Edges are followed, no light is fitted: to hundredths where they are sharp and straight, 0.04 ms a
+  edge_search,  ///< Edges are followed, no light is fitted: to hundredths where they are sharp and straight, 0.04 ms a
              ///< tag.
-  fitted,    ///< The blurred edges are fitted: to hundredths of a pixel, 1 to 3 ms a tag.
+  edge_fit,    ///< The blurred edges are fitted: to hundredths of a pixel, 1 to 3 ms a tag.
 };
 
 struct TagDetectorOptions {
@@ -60,8 +60,8 @@ struct TagDetectorOptions {
   double min_decision_margin = 10;
   /// Parts of the picture whose values differ by less are taken for flat, 1 to 255. Where noise differs by more, edges
   /// are looked for in noise, which takes three to six times as long: see contrast_above_noise().
-  int least_contrast = 5;
-  CornerWork corners = CornerWork::fitted;
+  int min_contrast = 5;
+  CornerRefinement corners = CornerRefinement::edge_fit;
   /// Linear light for each of 256 picture values (linear_table() of calibration/response.hpp); empty: they are linear.
   /// Matters where the picture is encoded (sRGB): a blurred edge's middle is then not half way between the values, and
   /// every tag looks up to half a pixel larger or smaller.
@@ -82,10 +82,10 @@ struct PixelRegion {
 };
 
 /// Where and how a picture is looked at.
-struct TagLook {
+struct DetectionWindow {
   PixelRegion region;      ///< What it holds beyond the picture is left out.
   double decimate = 1;     ///< In place of the options'.
-  int least_contrast = 5;  ///< In place of the options'.
+  int min_contrast = 5;  ///< In place of the options'.
 
   [[nodiscard]] Status validate() const;
 };
@@ -107,12 +107,12 @@ class TagDetector {
   /// Tags in a part of the picture, as plainly as that: no rectified views. A tag must lie inside with the white around
   /// it; its corners are places in the whole picture, and found there. invalid_argument: a picture or a look that does
   /// not validate.
-  [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const TagLook& look);
+  [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const DetectionWindow& look);
 
  private:
-  struct Inside;
-  explicit TagDetector(std::unique_ptr<Inside> inside);
-  std::unique_ptr<Inside> inside_;
+  struct Impl;
+  explicit TagDetector(std::unique_ptr<Impl> inside);
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace lightwell

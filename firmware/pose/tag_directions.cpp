@@ -16,7 +16,7 @@ Vec3d vec(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// What a quad's corners must have across, in its own length, to say where its plane is: a fiftieth of a degree on
 /// edge, which no picture resolves.
-constexpr double kFlattest = 1e-3;
+constexpr double kMinRelativeWidth = 1e-3;
 
 struct Outcome {
   Pose lens_tag;
@@ -37,7 +37,7 @@ Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
   Eigen::Matrix<double, 4, 3> across = rays - (rays * mean) * mean.transpose();
   across.rowwise() -= across.colwise().mean().eval();
   const Vector3d spread = across.jacobiSvd().singularValues();
-  if (!(spread[0] > 0) || spread[1] < kFlattest * spread[0])
+  if (!(spread[0] > 0) || spread[1] < kMinRelativeWidth * spread[0])
     return {{}, "its corners lie in a line, so that the plane it hangs in is not seen"};
   // Seen from the front the corners run counterclockwise about the direction towards the viewer.
   double turn = 0;
@@ -85,12 +85,12 @@ Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
 
 }  // namespace
 
-std::string name_of(const SeenTag& seen) {
+std::string name_of(const TagObservation& seen) {
   return std::string(to_string(seen.tag.family)) + " " + std::to_string(seen.tag.id) + " in lens " +
          std::to_string(seen.lens);
 }
 
-Result<SeenQuad> directions_of(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag,
+Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& seen, const WorldTag& tag,
                                double model_error_px) {
   const auto wrong = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, name_of(seen) + ": " + what);
@@ -101,7 +101,7 @@ Result<SeenQuad> directions_of(const PlacedLens& lens, const SeenTag& seen, cons
   const CameraModel& model = lens.model;
   const Quat to_probe = lens.probe_lens.rotation;
   const std::array<Vec3d, 4> at = tag_corners(tag.size_m);
-  SeenQuad out;
+  ObservedTag out;
   out.tag = &tag;
   std::array<Vec3d, 4> directions;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -113,7 +113,7 @@ Result<SeenQuad> directions_of(const PlacedLens& lens, const SeenTag& seen, cons
       return wrong(corner + "'s covariance is not one; it must be positive definite");
     const auto d = model.unproject(p);
     if (!d) return useless(corner + " is outside of what the lens sees");
-    SeenCorner seen_corner;
+    CornerObservation seen_corner;
     seen_corner.world = transformed(tag.world_tag, at[i]);
     seen_corner.lens = lens.probe_lens.translation;
     seen_corner.direction = directions[i] = normalized(rotate(to_probe, *d));

@@ -11,12 +11,12 @@
 #include <lightwell/result.hpp>
 
 #include "pose/mounting.hpp"
-#include "pose/placed_lens.hpp"
+#include "pose/posed_lens.hpp"
 
 namespace lightwell {
 
 /// A corner that is seen and whose place in the room is known.
-struct SeenCorner {
+struct CornerObservation {
   Vec3d world;            ///< Where it is.
   Vec3d lens;             ///< Where the lens is, probe frame.
   Vec3d direction;        ///< Unit, probe frame.
@@ -25,18 +25,18 @@ struct SeenCorner {
 };
 
 /// The four corners of one tag in one lens.
-struct SeenQuad {
+struct ObservedTag {
   std::size_t index = 0;  ///< In the list of seen tags.
-  const TagInRoom* tag = nullptr;
-  std::vector<SeenCorner> corners;
+  const WorldTag* tag = nullptr;
+  std::vector<CornerObservation> corners;
   Pose probe_world;  ///< From this tag alone: algebraic, good to a few pixels.
 };
 
 /// "tag36h11 5 in lens 0", as messages name it.
-[[nodiscard]] std::string name_of(const SeenTag& seen);
+[[nodiscard]] std::string name_of(const TagObservation& seen);
 
 /// invalid_argument: a number that is none. failed_precondition: corners that do not show where the tag is.
-[[nodiscard]] Result<SeenQuad> directions_of(const PlacedLens& lens, const SeenTag& seen, const TagInRoom& tag,
+[[nodiscard]] Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& seen, const WorldTag& tag,
                                              double model_error_px);
 
 }  // namespace lightwell

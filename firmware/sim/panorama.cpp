@@ -69,13 +69,13 @@ Result<Panorama> make_panorama(int width, int height, std::vector<float> rgb) {
   }
   for (float& x : p.rgb) {
     if (std::isnan(x)) {
-      ++p.cleaning.nan;
+      ++p.sanitize_counts.nan;
       x = 0;
     } else if (x < 0) {
-      ++p.cleaning.negative;
+      ++p.sanitize_counts.negative;
       x = 0;
     } else if (std::isinf(x)) {
-      ++p.cleaning.infinite;
+      ++p.sanitize_counts.infinite;
       x = largest;
     }
   }

@@ -18,7 +18,7 @@
 namespace lightwell::sim {
 
 /// How many numbers of a file were no radiance, and have been replaced.
-struct Cleaning {
+struct SanitizeCounts {
   std::size_t nan = 0;       ///< Became 0.
   std::size_t infinite = 0;  ///< +Inf; became the file's largest finite number.
   std::size_t negative = 0;  ///< Became 0. Real panoramas ring beside a sun.
@@ -39,7 +39,7 @@ struct SpherePoint {
 struct Panorama {
   int width = 0, height = 0;  ///< width = 2 height.
   std::vector<float> rgb;
-  Cleaning cleaning;
+  SanitizeCounts sanitize_counts;
 
   /// Bilinear between pixel centres; over the seam, and over a pole to the opposite meridian.
   [[nodiscard]] Radiance radiance(SpherePoint point) const;

@@ -8,7 +8,7 @@ namespace lightwell::sim {
 
 namespace {
 
-constexpr int kCloserPerAxis = 4;
+constexpr int kSupersamplingPerAxis = 4;
 
 /// Sample k of n along one axis of a pixel whose middle is `centre`.
 double sample_position(int centre, int k, int n) { return centre - 0.5 + (k + 0.5) / n; }
@@ -62,8 +62,8 @@ RowSpan LensRays::sample_row(int row) {
   return span;
 }
 
-Radiance LensRays::close_look(const Panorama& world, std::uint32_t shift, int column, int row) const {
-  const int n = per_axis_ * kCloserPerAxis;
+Radiance LensRays::supersample(const Panorama& world, std::uint32_t shift, int column, int row) const {
+  const int n = per_axis_ * kSupersamplingPerAxis;
   Radiance sum;
   int count = 0;
   for (int b = 0; b < n; ++b) {
@@ -80,7 +80,7 @@ Radiance LensRays::close_look(const Panorama& world, std::uint32_t shift, int co
 
 void LensRays::render(const Scene& scene, const SceneState& state, RowSpan rows, std::span<float> out) const {
   const Panorama& world = scene.panorama(state);
-  const GlareMap& glare = scene.glare(state);
+  const HighlightMask& highlights = scene.highlights(state);
   // phi_world = phi_probe - yaw, for a right-handed turn about +Y; u is phi in turns.
   const double turns = state.yaw_rad / (2 * std::numbers::pi);
   const auto shift = static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(turns * 4294967296.0)));
@@ -101,10 +101,10 @@ void LensRays::render(const Scene& scene, const SceneState& state, RowSpan rows,
       bool glaring = false;
       for (int n = 0; n < count; ++n) {
         const SpherePoint point{sample[n].u - shift, sample[n].v};
-        glaring = glaring || glare.at(point);
+        glaring = glaring || highlights.at(point);
         sum += world.radiance(point);
       }
-      const Radiance mean = glaring ? close_look(world, shift, i, j) : sum * (1 / static_cast<float>(count));
+      const Radiance mean = glaring ? supersample(world, shift, i, j) : sum * (1 / static_cast<float>(count));
       pixel[0] = mean.r;
       pixel[1] = mean.g;
       pixel[2] = mean.b;

@@ -33,7 +33,7 @@ class LensRays {
  private:
   [[nodiscard]] int sample_pixel(int column, int row, std::vector<SpherePoint>& out) const;
   [[nodiscard]] RowSpan sample_row(int row);
-  [[nodiscard]] Radiance close_look(const Panorama& world, std::uint32_t shift, int column, int row) const;
+  [[nodiscard]] Radiance supersample(const Panorama& world, std::uint32_t shift, int column, int row) const;
 
   CameraModel model_;
   Quat to_probe_;

@@ -25,10 +25,10 @@ Panorama with_lamps_dimmed(const Panorama& lit, double factor) {
 
 Scene::Scene(Panorama panorama, Motion motion) : lamps_on_(std::move(panorama)), motion_(motion) {
   motion_.cycle_frames = std::max<std::uint64_t>(motion_.cycle_frames, 1);
-  glare_on_ = GlareMap(lamps_on_);
+  highlights_on_ = HighlightMask(lamps_on_);
   if (motion_.switch_period_frames == 0) return;
   lamps_off_ = with_lamps_dimmed(lamps_on_, motion_.off_factor);
-  glare_off_ = GlareMap(lamps_off_);
+  highlights_off_ = HighlightMask(lamps_off_);
 }
 
 SceneState Scene::state_at(std::uint64_t index, double offset_s) const {

@@ -7,7 +7,7 @@
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 
-#include "sim/glare.hpp"
+#include "sim/highlight_mask.hpp"
 #include "sim/panorama.hpp"
 
 namespace lightwell::sim {
@@ -47,15 +47,15 @@ class Scene {
   [[nodiscard]] const Panorama& panorama(const SceneState& state) const {
     return state.lamp_factor < 1 ? lamps_off_ : lamps_on_;
   }
-  [[nodiscard]] const GlareMap& glare(const SceneState& state) const {
-    return state.lamp_factor < 1 ? glare_off_ : glare_on_;
+  [[nodiscard]] const HighlightMask& highlights(const SceneState& state) const {
+    return state.lamp_factor < 1 ? highlights_off_ : highlights_on_;
   }
   [[nodiscard]] const Motion& motion() const { return motion_; }
 
  private:
   Panorama lamps_on_;
   Panorama lamps_off_;  ///< Empty where lamps never switch.
-  GlareMap glare_on_, glare_off_;
+  HighlightMask highlights_on_, highlights_off_;
   Motion motion_;
 };
 

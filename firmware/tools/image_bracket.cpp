@@ -14,7 +14,7 @@ Status invalid(const std::string& what) { return {StatusCode::invalid_argument, 
 
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
-std::size_t count_unusual(const Image& image) {
+std::size_t count_invalid(const Image& image) {
   if (image.format != PixelFormat::rgb_f32) return 0;
   std::size_t count = 0;
   for (std::size_t at = 0; at + sizeof(float) <= image.data.size(); at += sizeof(float)) {
@@ -60,7 +60,7 @@ Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<Im
       return invalid(a.path + ": it has " + size_text(image->width, image->height) +
                      " pixels, the calibration of lens " + std::to_string(a.lens) + " speaks of " +
                      size_text(lens.width, lens.height));
-    out.unusual += count_unusual(*image);
+    out.unusual += count_invalid(*image);
     out.images.push_back(std::make_unique<Image>(std::move(*image)));
     by_lens[a.lens].push_back({a.exposure_s > 0 ? a.exposure_s : 1, out.images.size() - 1});
   }

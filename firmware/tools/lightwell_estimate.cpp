@@ -147,7 +147,7 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Arguments& arguments, co
   if (arguments.body.empty()) {
     PanoramaOptions options;
     options.config = arguments.config;
-    options.probe_id = identity_of("lightwell-estimate");
+    options.probe_id = fnv1a_32("lightwell-estimate");
     return make_panorama_estimator(rig, options);
   }
   const Result<MarkerBody> body = load_marker_body(arguments.body);
@@ -156,7 +156,7 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Arguments& arguments, co
   if (!finder) return finder.status();
   MarkerOptions options;
   options.config = arguments.config;
-  options.probe_id = identity_of("lightwell-estimate");
+  options.probe_id = fnv1a_32("lightwell-estimate");
   Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
   if (!marker) return marker.status();
   return std::unique_ptr<Estimator>(std::move(*marker));
@@ -196,7 +196,7 @@ Status write_file(const std::string& path, std::string_view bytes) {
     std::cout << bytes << std::flush;
     return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
   }
-  return write_atomically(path, bytes, Readers::umask);
+  return write_atomically(path, bytes, FileMode::umask);
 }
 
 void print_summary(const Descriptor& d, std::size_t bytes) {

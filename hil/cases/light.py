@@ -41,7 +41,7 @@ def bracket(rig: Rig, test: Any, measured: Measured) -> None:
         rig.record(uri, 10, recording)
         info = rig.info(uri)
         controls = outside.counters()["counters"]["controls_set"]
-    report = rig.judge(recording, camera.scene, camera, BRACKET)
+    report = rig.evaluate(recording, camera.scene, camera, BRACKET)
     measured.figure("descriptors", report["frames"], "", ">= 20")
     # Of the simulated sensor on the desktop 1 % was promised.
     measured.figure("irradiance error, median", 100 * report["median_error"], "%", "<= 1.5")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hil.cases import vivid
-from hil.harness.rig import Rig, used_up
+from hil.harness.rig import Rig, processed_frames
 from hil.harness.runner import Measured
 
 # Of streaming that are measured.
@@ -44,7 +44,7 @@ def unknown_to_client(grown: Mapping[str, float], measured: Measured) -> None:
     told = grown["arrived"] + grown["missing"]
     measured.figure(
         "frames that the client neither got as light nor knows as missing",
-        abs(used_up(grown) + grown["frames_lost"] - told),
+        abs(processed_frames(grown) + grown["frames_lost"] - told),
         "",
         UNTOLD,
     )
@@ -80,7 +80,7 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
     )
     measured.figure("captures dropped for the estimator's sake, a newer one being there", grown["captures_dropped"])
     measured.figure(
-        "frames that were neither estimated nor counted as dropped", abs(grown["frames"] - used_up(grown)), "", "== 0"
+        "frames that were neither estimated nor counted as dropped", abs(grown["frames"] - processed_frames(grown)), "", "== 0"
     )
     unknown_to_client(grown, measured)
     measured.time("from delivery to the client, p50", summary["latency_p50_ms"] or float("nan"), "ms")

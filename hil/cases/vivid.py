@@ -10,7 +10,7 @@ from typing import Any
 
 from hil.cases.same_light import same_light
 from hil.harness import recording
-from hil.harness.rig import Rig, used_up
+from hil.harness.rig import Rig, processed_frames
 from hil.harness.runner import Broken, Measured
 from hil.harness.vivid import VividLoop, render
 
@@ -45,10 +45,10 @@ def measure_loop(rig: Rig, test: Any, measured: Measured, *, dropping: bool = Tr
         measured.time("frames that the kernel's own tool takes in the firmware's place", loop.taken_by_the_tool(), "/s")
         uri = rig.configure(text, more=more)
         time.sleep(3)  # A stream that has just begun is not what is measured.
-        _account(rig, loop, uri, measured, seconds=5)
+        _check_frame_counts(rig, loop, uri, measured, seconds=5)
         if dropping:
             loop.drop(50)
-            _account(rig, loop, uri, measured, seconds=5, dropped=50)
+            _check_frame_counts(rig, loop, uri, measured, seconds=5, dropped=50)
             loop.drop(0)
         _record(rig, text, more)
         if not loop.feeds():
@@ -65,7 +65,7 @@ def compare_light(rig: Rig, measured: Measured) -> None:
     same_light(rig, thinned, f"{_ROOM}/thinned.lwr", measured, board_s=4, desktop_s=8)
 
 
-def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds: float, dropped: int = 0) -> None:
+def _check_frame_counts(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds: float, dropped: int = 0) -> None:
     """vivid makes a frame at each tick of its clock, whether somebody takes it or not: that is what must have come or
     be counted."""
     def look() -> tuple[float, dict[str, Any], float]:
@@ -99,7 +99,7 @@ def _account(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds
     )
     measured.figure(
         f"{what}frames that were neither estimated nor counted as dropped",
-        abs(grown["frames"] - used_up(grown)),
+        abs(grown["frames"] - processed_frames(grown)),
         "",
         "<= 4",
     )

@@ -10,7 +10,7 @@ Board        start, stop, power_cut, remove; run, copy_in, copy_out; qmp; serial
     board.start()
     board.stop()
 
-A board lives in a folder of its own (runs.py): pid and addresses (board.json), the state's disk, the serial log, QEMU's
+A board is_alive in a folder of its own (runs.py): pid and addresses (board.json), the state's disk, the serial log, QEMU's
 sockets. It goes on when the process that started it ends, unless that process said that it owns it (Options.owned).
 """
 
@@ -102,7 +102,7 @@ class Board:
         if told is None:
             return None
         process = Process(told["pid"], told["began"])
-        return process if process.lives() else None
+        return process if process.is_alive() else None
 
     def running(self) -> bool:
         return self.process() is not None
@@ -125,7 +125,7 @@ class Board:
             return ""
         return "\n".join(text.replace("\r", "").splitlines()[-lines:])
 
-    def _last_words(self) -> str:
+    def _exit_log(self) -> str:
         try:
             own = (self.folder / "qemu.log").read_text(encoding="utf-8", errors="replace").strip()
         except OSError:
@@ -258,7 +258,7 @@ class Board:
             self._record.tell(told)
 
             def connect() -> bool:
-                self._die_if_dead()
+                self._raise_if_exited()
                 try:
                     with Qmp(machine.qmp) as qmp:
                         network.learn(qmp)
@@ -269,27 +269,27 @@ class Board:
                 return True
 
             wait_for("QEMU to open its socket", lambda: machine.qmp.exists() and connect(), 30, every_s=0.05,
-                     state=self._last_words)
+                     state=self._exit_log)
             self._record.tell(told | {"network": network.describe()})
         except (OSError, QmpError, TimedOut) as error:
-            last = self._last_words()
+            last = self._exit_log()
             self._end()
             raise BoardError(f"the board {self.name} did not start: {error}\n{last}") from error
         except BaseException:
             self._end()
             raise
 
-    def _die_if_dead(self) -> None:
+    def _raise_if_exited(self) -> None:
         if not self.running():
-            raise BoardError(f"the board {self.name} switched itself off; its last words:\n{self._last_words()}")
+            raise BoardError(f"the board {self.name} switched itself off; its last words:\n{self._exit_log()}")
 
     def _wait_for_ssh(self, timeout_s: float) -> None:
         told = self._need()
         ssh = self.ssh()
 
         def look() -> bool:
-            self._die_if_dead()
-            return ssh.greets() and ssh.open(60).status == 0
+            self._raise_if_exited()
+            return ssh.is_reachable() and ssh.open(60).status == 0
 
         try:
             wait_for(f"the board {self.name} to answer by ssh", look, timeout_s, state=lambda: self.serial_tail(1))
@@ -383,7 +383,7 @@ class Board:
         restarts: list[int] = []
 
         def look() -> bool:
-            self._die_if_dead()
+            self._raise_if_exited()
             done = self.run(
                 ["systemctl", "show", unit, "-p", "ActiveState,SubState,ActiveEnterTimestampMonotonic,NRestarts"]
             )

@@ -32,13 +32,13 @@ class Process:
         assert process is not None
         return process
 
-    def lives(self) -> bool:
+    def is_alive(self) -> bool:
         return Process.of(self.pid) == self
 
     def kill(self, timeout_s: float = 10.0) -> None:
         """SIGKILL, and waits until it is gone."""
         deadline = time.monotonic() + timeout_s
-        while self.lives() and time.monotonic() < deadline:
+        while self.is_alive() and time.monotonic() < deadline:
             try:
                 os.kill(self.pid, signal.SIGKILL)
             except ProcessLookupError:

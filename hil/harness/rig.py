@@ -3,7 +3,7 @@
 prepare    builds what is missing; Tools are the programs
 open_rig   a Rig for a board of the roster
 Rig        cameras; the firmware on the board; clients outside of it; the desktop's firmware; what judges
-used_up    what became of frames
+processed_frames    what became of frames
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Tools:
         return {"host": f"{platform.machine()}, {cores} cores, Linux {platform.release()}"}
 
 
-def _said(command: Sequence[str | Path], root: Path, what: str) -> str:
+def _output_of(command: Sequence[str | Path], root: Path, what: str) -> str:
     """What a program of this machine printed."""
     done = subprocess.run(
         [str(word) for word in command], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
@@ -71,7 +71,7 @@ def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
         qemu.find()
     except qemu.NoQemu as why:
         raise CannotRun(str(why)) from why
-    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas = _said([root / "cmake/fetch_panoramas"], root,
+    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas = _output_of([root / "cmake/fetch_panoramas"], root,
                                                              "cmake/fetch_panoramas").splitlines()[-1]
     host, board = built or (root / "build/dev", root / "build/board-aarch64")
     if built:
@@ -113,7 +113,7 @@ def _switched_on(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Boa
     return machine
 
 
-def used_up(grown: Mapping[str, float]) -> float:
+def processed_frames(grown: Mapping[str, float]) -> float:
     """Of frames that the firmware took, those whose end is told: made into light, dropped because a newer one was
     there, or failed."""
     return grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
@@ -166,7 +166,7 @@ class Rig:
 
     def camera_calibration(self, scene: str, what: str) -> str:
         """What the pixels of a simulated camera mean, as text; `what` is WIDTHxHEIGHT:FORMAT."""
-        return _said([self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what], self.folder,
+        return _output_of([self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what], self.folder,
                      "the camera's calibration")
 
     # --- the firmware
@@ -347,7 +347,7 @@ class Rig:
     def record_here(self, uri: str, seconds: float, file: Path) -> None:
         """As record(), of a probe of this machine."""
         file.unlink(missing_ok=True)
-        _said(
+        _output_of(
             [self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)],
             self.folder,
             "lightwell record",
@@ -356,7 +356,7 @@ class Rig:
     def marker_frames(self, folder: Path, pictures: Sequence[str], *, noisy: int, period_s: float) -> None:
         """Path-traced pictures of a marker as a webcam's frames, for the replay camera:
         hil/report/marker_frames_main.cpp."""
-        _said(
+        _output_of(
             [
                 self.tools.host / "marker_frames",
                 folder,
@@ -374,10 +374,10 @@ class Rig:
     def compare(self, one: Path, other: Path) -> dict[str, float]:
         """What tells the light of two recordings apart: hil/report/compare_main.cpp."""
         return json.loads(
-            _said([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings")
+            _output_of([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings")
         )
 
-    def judge(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str] = ()) -> dict[str, float]:
+    def evaluate(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str] = ()) -> dict[str, float]:
         """A recording against the truth of its scene: demo_report's summary."""
         command = [
             self.tools.host / "demo_report",

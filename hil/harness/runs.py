@@ -60,9 +60,9 @@ def remove_stale() -> None:
             told = json.loads(path.read_text(encoding="utf-8"))
             board = Process(told["pid"], told["began"])
             owner = told.get("owner")
-            if board.lives() and (owner is None or Process(owner["pid"], owner["began"]).lives()):
+            if board.is_alive() and (owner is None or Process(owner["pid"], owner["began"]).is_alive()):
                 continue
-            if board.lives():
+            if board.is_alive():
                 say(f"ending the board {told['name']} of a run that died")
                 board.kill()
             network_from(told["network"]).close()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 # What ssh itself ends with where it cannot reach the board.
 UNREACHABLE = 255
-# greets(), for another process. A board that is not up does not answer the call, so it is called anew, not waited for.
+# is_reachable(), for another process. A board that is not up does not answer the call, so it is called anew, not waited for.
 GREETING = """
 import socket, sys
 connection = socket.create_connection((sys.argv[1], int(sys.argv[2])), timeout=1)
@@ -67,7 +67,7 @@ class Ssh:
             *text,
         ]
 
-    def greets(self, timeout_s: float = 15.0) -> bool:
+    def is_reachable(self, timeout_s: float = 15.0) -> bool:
         """Whether a server says its name at the port: cheaper for the board than a connection. A server that is asked
         and not waited for has to make a process each time, for nothing."""
         host, port = self.address

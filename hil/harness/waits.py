@@ -29,11 +29,11 @@ def wait_for(
     timeout_s: float,
     *,
     every_s: float = 0.25,
-    tell_every_s: float = 10.0,
+    progress_period_s: float = 10.0,
     state: Callable[[], str] = lambda: "",
 ) -> T:
     """Calls `look` every `every_s` seconds until it returns something that is neither None nor False, and returns that.
-    Each `tell_every_s` seconds a line says what is waited for, and what `state` says of it. An exception of `look` ends
+    Each `progress_period_s` seconds a line says what is waited for, and what `state` says of it. An exception of `look` ends
     the wait: the thing can no longer come. Raises TimedOut after `timeout_s`."""
     begin = time.monotonic()
     told = begin
@@ -42,11 +42,11 @@ def wait_for(
         if result is not None and result is not False:
             return result
         now = time.monotonic()
-        seen = state() if now - begin >= timeout_s or now - told >= tell_every_s else ""
+        seen = state() if now - begin >= timeout_s or now - told >= progress_period_s else ""
         seen = f"; last seen: {seen}" if seen else ""
         if now - begin >= timeout_s:
             raise TimedOut(f"waited {timeout_s:g} s for {what} and it did not come{seen}")
-        if now - told >= tell_every_s:
+        if now - told >= progress_period_s:
             say(f"waiting for {what} ({now - begin:.0f} s of {timeout_s:g} s){seen}")
             told = now
         time.sleep(every_s)

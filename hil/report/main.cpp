@@ -8,7 +8,7 @@
 #include <lightwell/recording.hpp>
 
 #include "camera/backends/sim/sim_backend.hpp"
-#include "report/judge.hpp"
+#include "report/error_evaluator.hpp"
 #include "report/picture.hpp"
 
 namespace {
@@ -86,13 +86,13 @@ int main(int argc, char** argv) {
   Result<RecordReader> reader = RecordReader::open(recording);
   if (!reader) return fail(reader.status());
 
-  hil::Judge judge(sim.scene());
-  std::vector<hil::Verdict> verdicts;
+  hil::ErrorEvaluator judge(sim.scene());
+  std::vector<hil::Evaluation> verdicts;
   Record record;
   // Drawn is the last one, where maps for reflections were sent the last that brought a whole one.
   Descriptor drawn;
   std::size_t drawn_bytes = 0;
-  hil::Verdict drawn_verdict;
+  hil::Evaluation drawn_verdict;
   while (reader->next(record)) {
     Result<Descriptor> d = decode_descriptor(record.payload);
     if (!d) return fail(d.status());

@@ -113,7 +113,7 @@ double exposure_for(const LinearPicture& p) {
 
 Status draw_report(const std::string& path, const std::string& title, const sim::Scene& scene,
                    const sim::SceneState& state, const RigParameters& rig, const Lighting& lighting,
-                   std::size_t descriptor_bytes, const Verdict& verdict) {
+                   std::size_t descriptor_bytes, const Evaluation& evaluation) {
   const int row_width = 3 * (kBallEdge + kMargin) + kStillWidth;
   const int lens_width = (row_width - kMargin) / 2;
   const LensParameters& first = rig.lenses.front();
@@ -130,7 +130,7 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
   const std::size_t lights = lighting.lights().size();
   std::snprintf(numbers, sizeof numbers, "%zu light%s, harmonics to band %d%s, %zu bytes; error %.2f %%, bound %.2f %%",
                 lights, lights == 1 ? "" : "s", lighting.descriptor().radiance.band, map, descriptor_bytes,
-                100 * verdict.error, 100 * verdict.bound);
+                100 * evaluation.error, 100 * evaluation.bound);
   write(page, title + ": what the probe sees, and the lights that it found", kMargin, kMargin + kText / 2);
   write(page, numbers, kMargin, kMargin + kText / 2 + kText);
 

@@ -6,7 +6,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/lighting.hpp>
 
-#include "report/judge.hpp"
+#include "report/error_evaluator.hpp"
 #include "sim/scene.hpp"
 
 namespace lightwell::hil {
@@ -15,6 +15,6 @@ namespace lightwell::hil {
 /// the same lit by the true panorama. 8-bit sRGB PNG. The error names the file.
 [[nodiscard]] Status draw_report(const std::string& path, const std::string& title, const sim::Scene& scene,
                                  const sim::SceneState& state, const RigParameters& rig, const Lighting& lighting,
-                                 std::size_t descriptor_bytes, const Verdict& verdict);
+                                 std::size_t descriptor_bytes, const Evaluation& evaluation);
 
 }  // namespace lightwell::hil

@@ -18,7 +18,7 @@ namespace {
 /// One command being carried out.
 struct Call {
   const JsonObject& values;
-  const Subject& subject;
+  const CommandTargets& targets;
   CameraTime now;
 
   [[nodiscard]] Result<std::uint64_t> count(std::string_view name) const {
@@ -34,18 +34,18 @@ struct Call {
 using Answer = Result<std::string>;
 
 std::string counters_json(const Call& call) {
-  const Device& device = *call.subject.device;
+  const Device& device = *call.targets.device;
   std::string out = "{";
   for (const std::string_view& name : kOutcomes) {
     const auto outcome = static_cast<Outcome>(&name - kOutcomes.data());
-    out += json_string(name) + ": " + std::to_string(call.subject.log->count(outcome)) + ", ";
+    out += json_string(name) + ": " + std::to_string(call.targets.log->count(outcome)) + ", ";
   }
   out += "\"streams\": " + std::to_string(device.stream().streams());
   out += ", \"controls_set\": " + std::to_string(device.controls().sets());
   out += ", \"setups\": " + std::to_string(device.counts().setups);
   out += ", \"stalls\": " + std::to_string(device.counts().stalls);
   out += ", \"bus_resets\": " + std::to_string(device.counts().resets);
-  if (call.subject.rendering) out += ", \"rendering\": " + call.subject.rendering();
+  if (call.targets.rendering) out += ", \"rendering\": " + call.targets.rendering();
   return out + "}";
 }
 
@@ -53,25 +53,25 @@ Answer counters(const Call& call) { return ", \"counters\": " + counters_json(ca
 
 Answer reset_counters(const Call& call) {
   std::string before = ", \"counters\": " + counters_json(call);
-  call.subject.log->reset_counts();
-  call.subject.device->reset_counts();
+  call.targets.log->reset_counts();
+  call.targets.device->reset_counts();
   return before;
 }
 
 Answer status(const Call& call) {
-  const Device& device = *call.subject.device;
+  const Device& device = *call.targets.device;
   const SensorSettings settings = device.controls().settings();
   std::array<char, 160> sensor{};
   std::snprintf(sensor.data(), sensor.size(), "\"exposure_s\": %.9g, \"gain\": %.6g, \"kelvin\": %d",
                 settings.exposure_s, settings.gain, settings.kelvin);
   const auto truth = [](bool b) { return b ? std::string("true") : std::string("false"); };
-  std::string out = ", \"plugged\": " + truth(call.subject.cable->plugged()) +
-                    ", \"host\": " + truth(call.subject.cable->host_there()) +
+  std::string out = ", \"plugged\": " + truth(call.targets.cable->plugged()) +
+                    ", \"host\": " + truth(call.targets.cable->host_there()) +
                     ", \"configured\": " + truth(device.configuration() != 0) +
                     ", \"streaming\": " + truth(device.stream().streaming()) +
                     ", \"halted\": " + truth(device.stream().halted()) + ", " + sensor.data() +
                     ", \"transfers_waiting\": " + std::to_string(device.stream().waiting_transfers());
-  if (const auto& agreed = device.stream().agreement()) {
+  if (const auto& agreed = device.stream().negotiated_format()) {
     out += ", \"format\": " + json_string(to_string(agreed->format.encoding)) +
            ", \"width\": " + std::to_string(agreed->format.size.width) +
            ", \"height\": " + std::to_string(agreed->format.size.height) +
@@ -83,7 +83,7 @@ Answer status(const Call& call) {
 Answer frames(const Call& call) {
   const Result<std::uint64_t> last = call.count("last");
   if (!last) return last.status();
-  const auto& records = call.subject.log->records();
+  const auto& records = call.targets.log->records();
   const std::size_t from = records.size() - std::min<std::size_t>(records.size(), *last);
   std::string out = ", \"frames\": [";
   for (std::size_t i = from; i < records.size(); ++i) out += (i > from ? ", " : "") + to_json(records[i]);
@@ -95,19 +95,19 @@ Answer unplug(const Call& call) {
   const auto* const text = how == call.values.end() ? nullptr : std::get_if<std::string>(&how->second);
   if (how != call.values.end() && (text == nullptr || (*text != "disconnect" && *text != "close")))
     return Status(StatusCode::invalid_argument, "\"how\" must be \"disconnect\" or \"close\"");
-  if (!call.subject.cable->plugged()) return Status(StatusCode::failed_precondition, "the camera is unplugged already");
-  call.subject.cable->unplug(text != nullptr && *text == "close");
+  if (!call.targets.cable->plugged()) return Status(StatusCode::failed_precondition, "the camera is unplugged already");
+  call.targets.cable->unplug(text != nullptr && *text == "close");
   return std::string();
 }
 
 Answer plug(const Call& call) {
-  if (call.subject.cable->plugged()) return Status(StatusCode::failed_precondition, "the camera is plugged in already");
-  call.subject.cable->plug();
+  if (call.targets.cable->plugged()) return Status(StatusCode::failed_precondition, "the camera is plugged in already");
+  call.targets.cable->plug();
   return std::string();
 }
 
 Answer stall(const Call& call) {
-  call.subject.device->stream().halt(*call.subject.sink);
+  call.targets.device->stream().halt(*call.targets.sink);
   return std::string();
 }
 
@@ -116,7 +116,7 @@ Answer silence(const Call& call) {
   const double* const seconds = found == call.values.end() ? nullptr : std::get_if<double>(&found->second);
   if (seconds == nullptr || !(*seconds >= 0 && *seconds <= 3600))
     return Status(StatusCode::invalid_argument, "\"seconds\" must be a number from 0 to 3600");
-  call.subject.device->stream().faults().silent_until = call.now + Duration::from_seconds(*seconds);
+  call.targets.device->stream().faults().silent_until = call.now + Duration::from_seconds(*seconds);
   return std::string();
 }
 
@@ -124,7 +124,7 @@ template <std::uint64_t Faults::*kWhich>
 Answer fault(const Call& call) {
   const Result<std::uint64_t> frames = call.count("frames");
   if (!frames) return frames.status();
-  call.subject.device->stream().faults().*kWhich = *frames;
+  call.targets.device->stream().faults().*kWhich = *frames;
   return std::string();
 }
 
@@ -132,9 +132,9 @@ Answer scene(const Call& call) {
   const auto found = call.values.find("uri");
   const auto* const uri = found == call.values.end() ? nullptr : std::get_if<std::string>(&found->second);
   if (uri == nullptr) return Status(StatusCode::invalid_argument, "\"uri\" must be a text, \"sim:SCENE?...\"");
-  if (!call.subject.set_scene) return Status(StatusCode::failed_precondition, "these pictures have no scene");
-  if (Status set = call.subject.set_scene(*uri); !set.ok()) return set;
-  call.subject.device->scene_changed();
+  if (!call.targets.set_scene) return Status(StatusCode::failed_precondition, "these pictures have no scene");
+  if (Status set = call.targets.set_scene(*uri); !set.ok()) return set;
+  call.targets.device->scene_changed();
   return std::string();
 }
 
@@ -177,7 +177,7 @@ Answer help(const Call&) {
   return out + "}";
 }
 
-Answer attempt(std::string_view line, const Subject& subject, CameraTime now) {
+Answer attempt(std::string_view line, const CommandTargets& targets, CameraTime now) {
   const Result<JsonObject> values = parse_json_object(line);
   if (!values) return values.status();
   const auto named = values->find("command");
@@ -196,13 +196,13 @@ Answer attempt(std::string_view line, const Subject& subject, CameraTime now) {
     if (key != "command" && std::find(command.values.begin(), command.values.end(), key) == command.values.end())
       return Status(StatusCode::invalid_argument, std::string(command.name) + " has no \"" + key + "\"");
   }
-  return command.run({*values, subject, now});
+  return command.run({*values, targets, now});
 }
 
 }  // namespace
 
-std::string carry_out(std::string_view line, const Subject& subject, CameraTime now) {
-  const Answer answer = attempt(line, subject, now);
+std::string execute_command(std::string_view line, const CommandTargets& targets, CameraTime now) {
+  const Answer answer = attempt(line, targets, now);
   if (answer) return "{\"ok\": true" + *answer + "}";
   return "{\"ok\": false, \"error\": " + json_string(answer.status().message()) + "}";
 }

@@ -27,7 +27,7 @@ class Cable {
 };
 
 /// What commands act on. The functions may be empty: then there is no such thing to act on.
-struct Subject {
+struct CommandTargets {
   Device* device = nullptr;
   FrameLog* log = nullptr;
   Cable* cable = nullptr;
@@ -38,6 +38,6 @@ struct Subject {
 
 /// Carries one out. The answer is {"ok": true, ...} or {"ok": false, "error": "..."}, without a line's end. Commands
 /// and their values: hil/README.md, and `help`.
-[[nodiscard]] std::string carry_out(std::string_view line, const Subject& subject, CameraTime now);
+[[nodiscard]] std::string execute_command(std::string_view line, const CommandTargets& targets, CameraTime now);
 
 }  // namespace lightwell::usb_camera

@@ -29,7 +29,7 @@ void set16(Bytes& out, std::size_t at, std::size_t value) {
   out[at + 1] = static_cast<std::uint8_t>(value >> 8);
 }
 
-void append_frame(Bytes& out, const Offer& offer, Encoding encoding, std::size_t number) {
+void append_frame(Bytes& out, const SupportedFormats& offer, Encoding encoding, std::size_t number) {
   const FrameSize size = offer.sizes[number - 1];
   const std::size_t bytes = largest_frame(encoding, size);
   const auto bits_per_second = [&](int rate) {
@@ -48,7 +48,7 @@ void append_frame(Bytes& out, const Offer& offer, Encoding encoding, std::size_t
   for (const int rate : offer.rates) put(out, interval_of(rate), 4);
 }
 
-void append_format(Bytes& out, const Offer& offer, std::size_t number) {
+void append_format(Bytes& out, const SupportedFormats& offer, std::size_t number) {
   const Encoding encoding = offer.encodings[number - 1];
   const auto frames = static_cast<unsigned>(offer.sizes.size());
   if (encoding == Encoding::mjpeg) {
@@ -86,7 +86,7 @@ void append_video_control(Bytes& out) {
   set16(out, header + 5, out.size() - header);
 }
 
-void append_video_streaming(Bytes& out, const Offer& offer) {
+void append_video_streaming(Bytes& out, const SupportedFormats& offer) {
   append(out, {9, 4, kStreamingInterface, 0, 1, kInterfaceClass, 2, 0, 0});
   const std::size_t header = out.size();
   const std::size_t formats = offer.encodings.size();
@@ -118,7 +118,7 @@ Bytes device_qualifier() {
   return out;
 }
 
-Bytes configuration_descriptor(const Offer& offer) {
+Bytes configuration_descriptor(const SupportedFormats& offer) {
   Bytes out;
   // Powered by the bus, 500 mA.
   append(out, {9, 2, 0, 0, 2, 1, 0, 0x80, 250});

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "usb_camera/little_endian.hpp"
-#include "usb_camera/offer.hpp"
+#include "usb_camera/supported_formats.hpp"
 
 namespace lightwell::usb_camera {
 
@@ -38,7 +38,7 @@ struct Identity {
 [[nodiscard]] Bytes device_descriptor();
 /// Configuration, both interfaces with their class-specific parts, and the endpoint. Format and frame numbers of UVC
 /// start at 1 and follow the offer's order.
-[[nodiscard]] Bytes configuration_descriptor(const Offer& offer);
+[[nodiscard]] Bytes configuration_descriptor(const SupportedFormats& offer);
 /// What the device would be at full speed: it would have no configuration, as no stream fits there.
 [[nodiscard]] Bytes device_qualifier();
 /// Index 0 is the list of languages. Nothing for a number that no descriptor names.

@@ -68,7 +68,7 @@ void Device::bus_reset() {
 }
 
 void Device::scene_changed() {
-  const int rate = stream_.agreement() ? stream_.agreement()->format.rate : options_.offer.default_rate;
+  const int rate = stream_.negotiated_format() ? stream_.negotiated_format()->format.rate : options_.offer.default_rate;
   controls_.set_automatic(source_.automatic_exposure_s(), 1.0 / rate);
   stream_.set(controls_.settings());
 }
@@ -212,7 +212,7 @@ ControlReply Device::control_interface(std::uint8_t unit, std::uint8_t selector,
 ControlReply Device::streaming_interface(std::uint8_t selector, ControlRequest request, Data data) {
   if (selector == kStreamErrorCode) return error_code(last_stream_error_, request);
   ControlReply reply = negotiation_.request(selector, request, data);
-  if (const std::optional<Agreement> agreed = negotiation_.take_commit()) {
+  if (const std::optional<NegotiatedFormat> agreed = negotiation_.take_commit()) {
     controls_.set_automatic(source_.automatic_exposure_s(), 1.0 / agreed->format.rate);
     if (!stream_.arm(*agreed, controls_.settings()).ok()) return {RequestError::not_ready, {}};
   }

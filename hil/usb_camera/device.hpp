@@ -26,7 +26,7 @@ struct SetupReply {
 
 struct DeviceOptions {
   StreamOptions stream;
-  Offer offer;
+  SupportedFormats offer;
   std::uint32_t payload_bytes = 0;  ///< Negotiation's.
   Identity identity;
 };
@@ -62,7 +62,7 @@ class Device {
   [[nodiscard]] Stream& stream() { return stream_; }
   [[nodiscard]] const Stream& stream() const { return stream_; }
   [[nodiscard]] const Controls& controls() const { return controls_; }
-  [[nodiscard]] const Offer& offer() const { return negotiation_.offer(); }
+  [[nodiscard]] const SupportedFormats& offer() const { return negotiation_.offer(); }
   [[nodiscard]] const DeviceCounts& counts() const { return counts_; }
   void reset_counts() { counts_ = {}; }
 

@@ -9,7 +9,7 @@
 #include <lightwell/result.hpp>
 
 #include "usb_camera/controls.hpp"
-#include "usb_camera/offer.hpp"
+#include "usb_camera/supported_formats.hpp"
 
 namespace lightwell::usb_camera {
 

@@ -24,7 +24,7 @@ struct Failure {
   std::longjmp(failure->back, 1);
 }
 
-void say_nothing(j_common_ptr, int) {}
+void discard_message(j_common_ptr, int) {}
 
 /// One attempt. `memory` and `bytes` are libjpeg's. Nothing with a destructor lives here: errors jump out.
 bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failure, unsigned char** memory,
@@ -32,7 +32,7 @@ bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failur
   jpeg_compress_struct info{};
   info.err = jpeg_std_error(&failure.manager);
   failure.manager.error_exit = fail;
-  failure.manager.emit_message = say_nothing;
+  failure.manager.emit_message = discard_message;
   if (setjmp(failure.back) != 0) {
     jpeg_destroy_compress(&info);
     return false;

@@ -12,7 +12,7 @@
 #include "camera/uri_values.hpp"
 #include "usb_camera/scene_source.hpp"
 #include "usb_camera/server.hpp"
-#include "usb_camera/studio.hpp"
+#include "usb_camera/scene_renderer.hpp"
 
 namespace {
 
@@ -36,7 +36,7 @@ struct Ahead {
   std::vector<double> exposure_s;
 };
 
-Result<Ahead> parse_ahead(const std::string& text, const Offer& offer) {
+Result<Ahead> parse_ahead(const std::string& text, const SupportedFormats& offer) {
   std::vector<std::string> parts;
   for (std::size_t at = 0; at <= text.size();) {
     const std::size_t end = std::min(text.find(':', at), text.size());
@@ -86,9 +86,9 @@ std::string rig_of(const std::string& scene) {
 int print_calibration(const std::string& of, const SceneOptions& scene) {
   const Result<Ahead> what = parse_ahead(of, offer_for(rig_of(scene.uri)));
   if (!what) return fail(kUsage, what.status());
-  const Result<std::shared_ptr<Studio>> studio = Studio::open(scene.uri, scene.lens, scene.jpeg_quality, what->format);
-  if (!studio) return fail(kBadInput, studio.status());
-  std::cout << calibration_to_text((*studio)->calibration());
+  const Result<std::shared_ptr<SceneRenderer>> renderer = SceneRenderer::open(scene.uri, scene.lens, scene.jpeg_quality, what->format);
+  if (!renderer) return fail(kBadInput, renderer.status());
+  std::cout << calibration_to_text((*renderer)->calibration());
   return kOk;
 }
 
@@ -186,12 +186,12 @@ int main(int argc, char** argv) {
     if (Status opened = log.write_to(log_path); !opened.ok()) return fail(kBadInput, opened);
   }
   Device device(device_options, **source, log);
-  Subject subject;
-  subject.device = &device;
-  subject.log = &log;
-  subject.set_scene = [&](const std::string& text) { return (*source)->set_scene(text); };
-  subject.rendering = [&] { return rendering_json(**source); };
-  Result<std::unique_ptr<Server>> opened = Server::open(sockets, subject);
+  CommandTargets targets;
+  targets.device = &device;
+  targets.log = &log;
+  targets.set_scene = [&](const std::string& text) { return (*source)->set_scene(text); };
+  targets.rendering = [&] { return rendering_json(**source); };
+  Result<std::unique_ptr<Server>> opened = Server::open(sockets, targets);
   if (!opened) return fail(kBadInput, opened.status());
   server = std::move(*opened);
   running = server.get();

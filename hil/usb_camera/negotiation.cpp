@@ -16,7 +16,7 @@ constexpr std::size_t kLength = 34, kLengthOfVersion10 = 26;
 
 }  // namespace
 
-Negotiation::Negotiation(Offer offer, std::uint32_t payload_bytes)
+Negotiation::Negotiation(SupportedFormats offer, std::uint32_t payload_bytes)
     : offer_(std::move(offer)), payload_bytes_(payload_bytes) {
   initial_.rate = offer_.default_rate;
   reset();
@@ -45,8 +45,8 @@ bool Negotiation::exactly(const Choice& choice, std::span<const std::uint8_t> da
          get(data, 4, 4) == interval_of(choice.rate);
 }
 
-Agreement Negotiation::agreement(const Choice& choice) const {
-  Agreement agreed;
+NegotiatedFormat Negotiation::negotiated_format(const Choice& choice) const {
+  NegotiatedFormat agreed;
   agreed.format = {offer_.encodings[choice.format - 1U], offer_.sizes[choice.frame - 1U], choice.rate};
   agreed.frame_bytes = static_cast<std::uint32_t>(largest_frame(agreed.format.encoding, agreed.format.size));
   const auto whole = agreed.frame_bytes + static_cast<std::uint32_t>(kPayloadHeader);
@@ -55,7 +55,7 @@ Agreement Negotiation::agreement(const Choice& choice) const {
 }
 
 Bytes Negotiation::written(const Choice& choice) const {
-  const Agreement agreed = agreement(choice);
+  const NegotiatedFormat agreed = negotiated_format(choice);
   Bytes out;
   put(out, 1, 2);  // The interval is what was asked to stay.
   put(out, choice.format, 1);
@@ -87,7 +87,7 @@ ControlReply Negotiation::request(std::uint8_t selector, ControlRequest request,
       }
       if (!exactly(choice, data)) return {RequestError::out_of_range, {}};
       committed_ = choice;
-      commit_ = agreement(choice);
+      commit_ = negotiated_format(choice);
       return {};
     }
     case ControlRequest::get_cur:
@@ -112,6 +112,6 @@ ControlReply Negotiation::request(std::uint8_t selector, ControlRequest request,
   return {RequestError::invalid_request, {}};
 }
 
-std::optional<Agreement> Negotiation::take_commit() { return std::exchange(commit_, std::nullopt); }
+std::optional<NegotiatedFormat> Negotiation::take_commit() { return std::exchange(commit_, std::nullopt); }
 
 }  // namespace lightwell::usb_camera

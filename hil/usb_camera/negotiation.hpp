@@ -6,12 +6,12 @@
 #include <span>
 
 #include "usb_camera/controls.hpp"
-#include "usb_camera/offer.hpp"
+#include "usb_camera/supported_formats.hpp"
 
 namespace lightwell::usb_camera {
 
 /// What was agreed on.
-struct Agreement {
+struct NegotiatedFormat {
   StreamFormat format;
   std::uint32_t frame_bytes = 0;    ///< dwMaxVideoFrameSize: none is larger.
   std::uint32_t payload_bytes = 0;  ///< dwMaxPayloadTransferSize: header included.
@@ -20,7 +20,7 @@ struct Agreement {
 class Negotiation {
  public:
   /// `payload_bytes`: of a payload with its header; 0: one payload a frame, which costs a host least.
-  explicit Negotiation(Offer offer, std::uint32_t payload_bytes = 0);
+  explicit Negotiation(SupportedFormats offer, std::uint32_t payload_bytes = 0);
 
   /// As at power-on.
   void reset();
@@ -30,9 +30,9 @@ class Negotiation {
   [[nodiscard]] ControlReply request(std::uint8_t selector, ControlRequest request, std::span<const std::uint8_t> data);
 
   /// Set by the latest commit; the caller takes it.
-  [[nodiscard]] std::optional<Agreement> take_commit();
+  [[nodiscard]] std::optional<NegotiatedFormat> take_commit();
 
-  [[nodiscard]] const Offer& offer() const { return offer_; }
+  [[nodiscard]] const SupportedFormats& offer() const { return offer_; }
 
  private:
   struct Choice {
@@ -41,13 +41,13 @@ class Negotiation {
   };
   [[nodiscard]] Choice nearest(std::span<const std::uint8_t> data) const;
   [[nodiscard]] bool exactly(const Choice& choice, std::span<const std::uint8_t> data) const;
-  [[nodiscard]] Agreement agreement(const Choice& choice) const;
+  [[nodiscard]] NegotiatedFormat negotiated_format(const Choice& choice) const;
   [[nodiscard]] Bytes written(const Choice& choice) const;
 
-  Offer offer_;
+  SupportedFormats offer_;
   std::uint32_t payload_bytes_;
   Choice initial_, probe_, committed_;
-  std::optional<Agreement> commit_;
+  std::optional<NegotiatedFormat> commit_;
 };
 
 }  // namespace lightwell::usb_camera

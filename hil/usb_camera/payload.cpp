@@ -16,14 +16,14 @@ std::uint32_t clock_ticks(CameraTime time) { return static_cast<std::uint32_t>(t
 
 std::uint16_t start_of_frame(CameraTime time) { return static_cast<std::uint16_t>(time.ns / 1'000'000 & 0x7FF); }
 
-PayloadCutter::PayloadCutter(std::vector<std::span<const std::byte>> parts, std::uint32_t payload_bytes,
+PayloadSplitter::PayloadSplitter(std::vector<std::span<const std::byte>> parts, std::uint32_t payload_bytes,
                              PayloadFields fields)
     : parts_(std::move(parts)), payload_bytes_(payload_bytes), fields_(fields) {
   for (const auto& part : parts_) total_ += part.size();
   left_ = total_;
 }
 
-void PayloadCutter::open_payload(CameraTime now) {
+void PayloadSplitter::open_payload(CameraTime now) {
   payload_left_ = std::min(left_, payload_bytes_ - kPayloadHeader);
   full_size_ = payload_left_ + kPayloadHeader == payload_bytes_;
   header_.clear();
@@ -38,7 +38,7 @@ void PayloadCutter::open_payload(CameraTime now) {
   open_ = begun_ = true;
 }
 
-void PayloadCutter::copy(std::size_t bytes, Bytes& out) {
+void PayloadSplitter::copy(std::size_t bytes, Bytes& out) {
   while (bytes > 0) {
     const std::span<const std::byte> part = parts_[part_];
     const std::size_t n = std::min(bytes, part.size() - at_);
@@ -53,7 +53,7 @@ void PayloadCutter::copy(std::size_t bytes, Bytes& out) {
   }
 }
 
-void PayloadCutter::fill(std::size_t length, CameraTime now, Bytes& out) {
+void PayloadSplitter::fill(std::size_t length, CameraTime now, Bytes& out) {
   out.clear();
   if (!open_ && left_ > 0) open_payload(now);
   const std::size_t of_header = std::min(length, header_.size());

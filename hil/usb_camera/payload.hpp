@@ -33,10 +33,10 @@ struct PayloadFields {
 /// Hands a frame out, transfer by transfer. Every payload begins a transfer. It ends with a transfer that is shorter
 /// than the host asked for, or with none left where it has the agreed length: a last payload that would fill its
 /// transfers without a rest gets an empty one behind.
-class PayloadCutter {
+class PayloadSplitter {
  public:
   /// `parts` are what is sent, one after the other; their memory must outlive the cutter. `payload_bytes` > 12.
-  PayloadCutter(std::vector<std::span<const std::byte>> parts, std::uint32_t payload_bytes, PayloadFields fields);
+  PayloadSplitter(std::vector<std::span<const std::byte>> parts, std::uint32_t payload_bytes, PayloadFields fields);
 
   /// The bytes of one transfer that takes so many; `now` is written as source clock where a payload begins.
   void fill(std::size_t length, CameraTime now, Bytes& out);

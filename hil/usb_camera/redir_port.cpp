@@ -17,9 +17,9 @@ namespace lightwell::usb_camera {
 namespace {
 
 // What may wait to be fetched: all transfers that a well-behaved host has queued, and more.
-constexpr std::uint64_t kMostWaiting = std::uint64_t{8} << 20;
+constexpr std::uint64_t kMaxPendingBytes = std::uint64_t{8} << 20;
 // What is taken in before others have their turn.
-constexpr std::size_t kMostAtOnce = std::size_t{64} << 10;
+constexpr std::size_t kMaxReadBytes = std::size_t{64} << 10;
 
 // Endpoints are numbered as in libusbredirhost: 0 to 15 towards the device, 16 to 31 towards the host.
 constexpr std::size_t kControlOut = 0, kControlIn = 16, kStreamingIn = 17;
@@ -253,7 +253,7 @@ RedirPort::RedirPort(Device& device, FileDescriptor socket, bool plugged)
 RedirPort::~RedirPort() = default;
 
 bool RedirPort::read() {
-  may_read_ = kMostAtOnce;
+  may_read_ = kMaxReadBytes;
   return usbredirparser_do_read(parser_.get()) == 0;
 }
 
@@ -263,7 +263,7 @@ bool RedirPort::write() {
 
 bool RedirPort::wants_write() const { return usbredirparser_has_data_to_write(parser_.get()) > 0; }
 
-bool RedirPort::wants_read() const { return usbredirparser_get_bufferered_output_size(parser_.get()) < kMostWaiting; }
+bool RedirPort::wants_read() const { return usbredirparser_get_bufferered_output_size(parser_.get()) < kMaxPendingBytes; }
 
 void RedirPort::plug() {
   plugged_ = true;

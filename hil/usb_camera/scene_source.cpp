@@ -10,24 +10,24 @@ namespace lightwell::usb_camera {
 namespace {
 
 // Each holds two copies of a panorama; and, once it has rendered, the directions of all its pixels.
-constexpr std::size_t kStudios = 4;
+constexpr std::size_t kMaxRenderers = 4;
 // Orders that nobody has waited for: settings changed, or the stream ended.
-constexpr std::size_t kMostJobs = 256;
+constexpr std::size_t kMaxJobs = 256;
 
 }  // namespace
 
 Result<std::unique_ptr<SceneSource>> SceneSource::open(SceneOptions options, std::function<void()> ready) {
   // The format in which automatic exposure looks at the scene, until a host has chosen one.
-  Result<std::shared_ptr<Studio>> studio =
-      Studio::open(options.uri, options.lens, options.jpeg_quality, {Encoding::yuyv, {640, 480}, 30});
-  if (!studio) return studio.status();
-  return std::unique_ptr<SceneSource>(new SceneSource(std::move(options), std::move(ready), 0, std::move(*studio)));
+  Result<std::shared_ptr<SceneRenderer>> renderer =
+      SceneRenderer::open(options.uri, options.lens, options.jpeg_quality, {Encoding::yuyv, {640, 480}, 30});
+  if (!renderer) return renderer.status();
+  return std::unique_ptr<SceneSource>(new SceneSource(std::move(options), std::move(ready), 0, std::move(*renderer)));
 }
 
 SceneSource::SceneSource(SceneOptions options, std::function<void()> ready, std::uint64_t serial,
-                         std::shared_ptr<Studio> studio)
+                         std::shared_ptr<SceneRenderer> renderer)
     : options_(std::move(options)), ready_(std::move(ready)) {
-  studios_.emplace_front(serial, std::move(studio));
+  renderers_.emplace_front(serial, std::move(renderer));
   for (int i = 0; i < std::max(1, options_.threads); ++i) threads_.emplace_back([this] { work(); });
 }
 
@@ -41,12 +41,12 @@ SceneSource::~SceneSource() {
 }
 
 Status SceneSource::set_scene(const std::string& uri) {
-  Result<std::shared_ptr<Studio>> studio =
-      Studio::open(uri, options_.lens, options_.jpeg_quality, studios_.front().second->format());
-  if (!studio) return studio.status();
+  Result<std::shared_ptr<SceneRenderer>> renderer =
+      SceneRenderer::open(uri, options_.lens, options_.jpeg_quality, renderers_.front().second->format());
+  if (!renderer) return renderer.status();
   options_.uri = uri;
-  studios_.clear();
-  studios_.emplace_front(next_studio_++, std::move(*studio));
+  renderers_.clear();
+  renderers_.emplace_front(next_renderer_++, std::move(*renderer));
   const std::lock_guard lock(mutex_);
   jobs_.clear();
   pending_.clear();
@@ -56,32 +56,32 @@ Status SceneSource::set_scene(const std::string& uri) {
 }
 
 Status SceneSource::configure(const StreamFormat& format) {
-  const auto known = std::find_if(studios_.begin(), studios_.end(),
+  const auto known = std::find_if(renderers_.begin(), renderers_.end(),
                                   [&](const auto& entry) { return entry.second->format() == format; });
-  if (known != studios_.end()) {
-    std::rotate(studios_.begin(), known, known + 1);
+  if (known != renderers_.end()) {
+    std::rotate(renderers_.begin(), known, known + 1);
     return {};
   }
-  Result<std::shared_ptr<Studio>> studio = Studio::open(options_.uri, options_.lens, options_.jpeg_quality, format);
-  if (!studio) return studio.status();
-  studios_.emplace_front(next_studio_++, std::move(*studio));
-  if (studios_.size() > kStudios) studios_.pop_back();
+  Result<std::shared_ptr<SceneRenderer>> renderer = SceneRenderer::open(options_.uri, options_.lens, options_.jpeg_quality, format);
+  if (!renderer) return renderer.status();
+  renderers_.emplace_front(next_renderer_++, std::move(*renderer));
+  if (renderers_.size() > kMaxRenderers) renderers_.pop_back();
   return {};
 }
 
 double SceneSource::readout_s() const {
-  const Studio& studio = *studios_.front().second;
-  return studio.readout_s() * studio.format().size.height;
+  const SceneRenderer& renderer = *renderers_.front().second;
+  return renderer.readout_s() * renderer.format().size.height;
 }
 
-double SceneSource::automatic_exposure_s() const { return studios_.front().second->exposure_s(); }
+double SceneSource::automatic_exposure_s() const { return renderers_.front().second->exposure_s(); }
 
 SceneSource::Job SceneSource::job(std::uint64_t number, const SensorSettings& settings) const {
-  const auto& [serial, studio] = studios_.front();
-  const std::uint64_t picture = studio->plan().picture(number);
+  const auto& [serial, renderer] = renderers_.front();
+  const std::uint64_t picture = renderer->plan().picture(number);
   return {
       {serial, picture, std::llround(settings.exposure_s * 1e9), std::llround(settings.gain * 1e3), settings.kelvin},
-      studio,
+      renderer,
       picture,
       settings};
 }
@@ -100,7 +100,7 @@ void SceneSource::enqueue(Job job, bool first) {
   } else {
     jobs_.push_back(std::move(job));
   }
-  while (jobs_.size() > kMostJobs) {
+  while (jobs_.size() > kMaxJobs) {
     pending_.erase(jobs_.back().key);
     jobs_.pop_back();
   }
@@ -127,7 +127,7 @@ void SceneSource::order(std::uint64_t number, const SensorSettings& settings) {
 
 Status SceneSource::render_ahead(const StreamFormat& format, const std::vector<double>& exposure_s) {
   if (Status configured = configure(format); !configured.ok()) return configured;
-  const RingPlan& plan = studios_.front().second->plan();
+  const RingPlan& plan = renderers_.front().second->plan();
   std::vector<double> exposures = exposure_s;
   if (exposures.empty()) exposures = {automatic_exposure_s()};
   // Each picture of the cycle with each exposure: who sets exposures frame by frame may begin anywhere.
@@ -135,7 +135,7 @@ Status SceneSource::render_ahead(const StreamFormat& format, const std::vector<d
     for (std::uint64_t number = 0; number < std::max(plan.cycle, plan.pictures()); ++number) {
       Job wanted = job(number, {exposure, 1, kNeutralKelvin});
       std::unique_lock lock(mutex_);
-      finished_.wait(lock, [&] { return jobs_.size() < kMostJobs / 2; });
+      finished_.wait(lock, [&] { return jobs_.size() < kMaxJobs / 2; });
       if (!kept_.contains(wanted.key)) enqueue(std::move(wanted), false);
     }
   }
@@ -168,7 +168,7 @@ void SceneSource::work() {
     jobs_.pop_front();
     lock.unlock();
     const Clock::time_point start = Clock::now();
-    Result<std::vector<std::byte>> bytes = job.studio->render(job.picture, job.settings);
+    Result<std::vector<std::byte>> bytes = job.renderer->render(job.picture, job.settings);
     const std::chrono::duration<double> taken = Clock::now() - start;
     lock.lock();
     // A job that is pending no more was of a scene that has been left.

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "usb_camera/frame_source.hpp"
-#include "usb_camera/studio.hpp"
+#include "usb_camera/scene_renderer.hpp"
 
 namespace lightwell::usb_camera {
 
@@ -59,7 +59,7 @@ class SceneSource final : public FrameSource {
   [[nodiscard]] const std::string& uri() const { return options_.uri; }
 
  private:
-  /// Studio, number of the picture, exposure in nanoseconds, gain in thousandths, kelvin.
+  /// SceneRenderer, number of the picture, exposure in nanoseconds, gain in thousandths, kelvin.
   using Key = std::tuple<std::uint64_t, std::uint64_t, std::int64_t, std::int64_t, int>;
   struct Kept {
     Picture picture;
@@ -67,12 +67,12 @@ class SceneSource final : public FrameSource {
   };
   struct Job {
     Key key;
-    std::shared_ptr<Studio> studio;
+    std::shared_ptr<SceneRenderer> renderer;
     std::uint64_t picture = 0;
     SensorSettings settings;
   };
 
-  SceneSource(SceneOptions options, std::function<void()> ready, std::uint64_t serial, std::shared_ptr<Studio> studio);
+  SceneSource(SceneOptions options, std::function<void()> ready, std::uint64_t serial, std::shared_ptr<SceneRenderer> renderer);
   [[nodiscard]] Job job(std::uint64_t number, const SensorSettings& settings) const;
   void enqueue(Job job, bool first);
   void work();
@@ -81,8 +81,8 @@ class SceneSource final : public FrameSource {
   SceneOptions options_;
   std::function<void()> ready_;
   /// Of the formats used last; a number tells the pictures of one from those of another.
-  std::deque<std::pair<std::uint64_t, std::shared_ptr<Studio>>> studios_;
-  std::uint64_t next_studio_ = 1;
+  std::deque<std::pair<std::uint64_t, std::shared_ptr<SceneRenderer>>> renderers_;
+  std::uint64_t next_renderer_ = 1;
 
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::condition_variable wake_, finished_;

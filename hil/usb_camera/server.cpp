@@ -17,16 +17,16 @@ namespace lightwell::usb_camera {
 
 namespace {
 
-constexpr std::size_t kMostClients = 8, kLongestLine = 4096, kMostUnread = std::size_t{16} << 20;
+constexpr std::size_t kMaxClients = 8, kMaxLineBytes = 4096, kMaxUnreadBytes = std::size_t{16} << 20;
 
 }  // namespace
 
 CameraTime camera_now() { return {monotonic_now_ns()}; }
 
-Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options, Subject subject) {
-  std::unique_ptr<Server> server(new Server(std::move(subject)));
-  server->subject_.cable = server.get();
-  server->subject_.sink = server.get();
+Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options, CommandTargets targets) {
+  std::unique_ptr<Server> server(new Server(std::move(targets)));
+  server->targets_.cable = server.get();
+  server->targets_.sink = server.get();
   Result<Listener> redir = Listener::at(options.redir_path);
   if (!redir) return redir.status();
   server->redir_ = std::move(*redir);
@@ -60,12 +60,12 @@ void Server::complete(std::uint64_t id, TransferStatus status, std::span<const s
 
 void Server::close_port() {
   port_.reset();
-  subject_.device->stream().reset();
+  targets_.device->stream().reset();
 }
 
 void Server::unplug(bool close) {
   plugged_ = false;
-  subject_.device->stream().reset();
+  targets_.device->stream().reset();
   if (port_ == nullptr) return;
   port_->unplug();
   if (!close) return;
@@ -76,20 +76,20 @@ void Server::unplug(bool close) {
 
 void Server::plug() {
   plugged_ = true;
-  subject_.device->power_on();
+  targets_.device->power_on();
   if (port_ != nullptr) port_->plug();
 }
 
 void Server::serve_port() {
   if (port_ == nullptr && plugged_) {
     if (FileDescriptor host = redir_->accept(); host.open()) {
-      subject_.device->power_on();
-      port_ = std::make_unique<RedirPort>(*subject_.device, std::move(host), plugged_);
+      targets_.device->power_on();
+      port_ = std::make_unique<RedirPort>(*targets_.device, std::move(host), plugged_);
     }
   }
   if (port_ == nullptr) return;
   const bool alive = !port_->wants_read() || port_->read();
-  subject_.device->stream().run(camera_now(), *port_);
+  targets_.device->stream().run(camera_now(), *port_);
   if (!alive || !port_->write()) close_port();
 }
 
@@ -99,18 +99,18 @@ bool Server::serve(Client& client) {
   if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) return false;
   if (n > 0) client.in.append(buffer.data(), static_cast<std::size_t>(n));
   for (std::size_t end = client.in.find('\n'); end != std::string::npos; end = client.in.find('\n')) {
-    client.out += carry_out(std::string_view(client.in).substr(0, end), subject_, camera_now()) + "\n";
+    client.out += execute_command(std::string_view(client.in).substr(0, end), targets_, camera_now()) + "\n";
     client.in.erase(0, end + 1);
   }
   const ssize_t sent = ::send(client.socket.get(), client.out.data(), client.out.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
   if (sent > 0) client.out.erase(0, static_cast<std::size_t>(sent));
-  return client.in.size() <= kLongestLine && client.out.size() <= kMostUnread;
+  return client.in.size() <= kMaxLineBytes && client.out.size() <= kMaxUnreadBytes;
 }
 
 void Server::serve_clients() {
   if (!control_) return;
   for (FileDescriptor socket = control_->accept(); socket.open(); socket = control_->accept()) {
-    if (clients_.size() < kMostClients) clients_.push_back({std::move(socket), {}, {}});
+    if (clients_.size() < kMaxClients) clients_.push_back({std::move(socket), {}, {}});
   }
   clients_.remove_if([this](Client& client) { return !serve(client); });
 }
@@ -127,12 +127,12 @@ Status Server::wait() {
   for (const Client& client : clients_)
     fds.push_back({client.socket.get(), static_cast<short>(POLLIN | (client.out.empty() ? 0 : POLLOUT)), 0});
 
-  std::optional<std::timespec> patience;
-  if (const std::optional<CameraTime> due = subject_.device->stream().next_due(); due && port_ != nullptr) {
+  std::optional<std::timespec> timeout;
+  if (const std::optional<CameraTime> due = targets_.device->stream().next_due(); due && port_ != nullptr) {
     const std::int64_t ns = std::max<std::int64_t>(0, (*due - camera_now()).ns);
-    patience = std::timespec{static_cast<std::time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
+    timeout = std::timespec{static_cast<std::time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
   }
-  if (::ppoll(fds.data(), fds.size(), patience ? &*patience : nullptr, nullptr) < 0 && errno != EINTR)
+  if (::ppoll(fds.data(), fds.size(), timeout ? &*timeout : nullptr, nullptr) < 0 && errno != EINTR)
     return {StatusCode::unavailable, std::string("poll: ") + std::strerror(errno)};
   std::uint64_t rung = 0;
   [[maybe_unused]] const ssize_t read = ::read(event_.get(), &rung, sizeof rung);

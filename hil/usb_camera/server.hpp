@@ -26,7 +26,7 @@ struct ServerOptions {
 class Server final : public Cable, private TransferSink {
  public:
   /// `subject` says what commands act on; its cable and sink are this server. Errors of Listener::at().
-  [[nodiscard]] static Result<std::unique_ptr<Server>> open(const ServerOptions& options, Subject subject);
+  [[nodiscard]] static Result<std::unique_ptr<Server>> open(const ServerOptions& options, CommandTargets targets);
   ~Server();
 
   /// Until stop(). unavailable where waiting fails.
@@ -47,7 +47,7 @@ class Server final : public Cable, private TransferSink {
     std::string in, out;
   };
 
-  explicit Server(Subject subject) : subject_(std::move(subject)) {}
+  explicit Server(CommandTargets targets) : targets_(std::move(targets)) {}
   void complete(std::uint64_t id, TransferStatus status, std::span<const std::uint8_t> data) override;
   [[nodiscard]] Status wait();
   void serve_port();
@@ -56,7 +56,7 @@ class Server final : public Cable, private TransferSink {
   /// False where the client has gone or is not worth keeping.
   [[nodiscard]] bool serve(Client& client);
 
-  Subject subject_;
+  CommandTargets targets_;
   std::optional<Listener> redir_, control_;
   FileDescriptor event_;
   std::unique_ptr<RedirPort> port_;

@@ -11,7 +11,7 @@ namespace lightwell::usb_camera {
 namespace {
 
 // A machine that slept for longer has missed frames that nobody wants listed one by one.
-constexpr int kMostMissed = 10'000;
+constexpr int kMaxMissedFrames = 10'000;
 
 Duration seconds(double s) { return {std::llround(s * 1e9)}; }
 
@@ -27,12 +27,12 @@ bool take(std::uint64_t& count) {
 Stream::Stream(const StreamOptions& options, FrameSource& source, FrameLog& log)
     : options_(options), source_(source), log_(log), settings_(options.control_latency) {}
 
-Status Stream::arm(const Agreement& agreement, const SensorSettings& settings) {
+Status Stream::arm(const NegotiatedFormat& negotiated_format, const SensorSettings& settings) {
   stop();
-  agreement_.reset();
+  negotiated_format_.reset();
   state_ = State::idle;
-  if (Status configured = source_.configure(agreement.format); !configured.ok()) return configured;
-  agreement_ = agreement;
+  if (Status configured = source_.configure(negotiated_format.format); !configured.ok()) return configured;
+  negotiated_format_ = negotiated_format;
   readout_s_ = source_.readout_s();
   latest_ = settings;
   state_ = State::armed;
@@ -41,13 +41,13 @@ Status Stream::arm(const Agreement& agreement, const SensorSettings& settings) {
 
 void Stream::stop() {
   abort_frame();
-  if (agreement_) state_ = State::armed;
+  if (negotiated_format_) state_ = State::armed;
 }
 
 void Stream::reset() {
   abort_frame();
   state_ = State::idle;
-  agreement_.reset();
+  negotiated_format_.reset();
   transfers_.clear();
   halted_ = false;
 }
@@ -61,7 +61,7 @@ void Stream::set(const SensorSettings& settings) {
 
 void Stream::submit(std::uint64_t id, std::size_t length, TransferSink& sink) {
   if (halted_) return sink.complete(id, TransferStatus::stalled, {});
-  if (transfers_.size() >= kMostTransfers || length > kLongestTransfer)
+  if (transfers_.size() >= kMaxTransfers || length > kMaxTransferBytes)
     return sink.complete(id, TransferStatus::refused, {});
   if (length == 0) return sink.complete(id, TransferStatus::success, {});
   transfers_.push_back({id, length});
@@ -93,7 +93,7 @@ void Stream::clear_halt() {
 double Stream::interval_s(const SensorSettings& settings) const {
   if (options_.pace == Pace::free) return 0;
   // A camera cannot expose for longer than a frame lasts: its frames last longer then.
-  return std::max(1.0 / agreement_->format.rate, settings.exposure_s + readout_s_);
+  return std::max(1.0 / negotiated_format_->format.rate, settings.exposure_s + readout_s_);
 }
 
 FrameRecord Stream::record(CameraTime due) const {
@@ -135,7 +135,7 @@ void Stream::order_ahead() {
 }
 
 /// Of a frame that is due: why it is not even tried.
-std::optional<Outcome> Stream::withheld(CameraTime now) {
+std::optional<Outcome> Stream::injected_outcome(CameraTime now) {
   if (faults_.silent_until && now < *faults_.silent_until) return Outcome::silent;
   faults_.silent_until.reset();
   if (take(faults_.skip)) return Outcome::skipped;
@@ -144,7 +144,7 @@ std::optional<Outcome> Stream::withheld(CameraTime now) {
 
 void Stream::begin(CameraTime due, Picture picture) {
   FrameRecord r = record(due);
-  if (options_.stamp) picture = stamped(picture, agreement_->format.encoding, next_);
+  if (options_.stamp) picture = stamped(picture, negotiated_format_->format.encoding, next_);
   r.bytes = picture->size();
   const std::span<const std::byte> all(*picture);
   std::vector<std::span<const std::byte>> parts = {all};
@@ -160,20 +160,20 @@ void Stream::begin(CameraTime due, Picture picture) {
   }
   frame_id_ = !frame_id_;
   const PayloadFields fields{frame_id_, r.outcome == Outcome::marked, clock_ticks(r.began)};
-  sending_.emplace(Sending{r, std::move(picture), PayloadCutter(std::move(parts), agreement_->payload_bytes, fields)});
+  sending_.emplace(Sending{r, std::move(picture), PayloadSplitter(std::move(parts), negotiated_format_->payload_bytes, fields)});
 }
 
 void Stream::advance(CameraTime due) {
   ++next_;
-  settings_.forget_before(next_);
+  settings_.discard_before(next_);
   due_ = due + seconds(interval_s(settings_.at(next_)));
   order_ahead();
 }
 
 void Stream::run_at_rate(CameraTime now) {
-  for (int missed = 0; now >= due_ && missed < kMostMissed; ++missed) {
+  for (int missed = 0; now >= due_ && missed < kMaxMissedFrames; ++missed) {
     const FrameRecord frame = record(due_);
-    std::optional<Outcome> lost = withheld(now);
+    std::optional<Outcome> lost = injected_outcome(now);
     if (!lost && sending_ && sending_->cutter.begun()) lost = Outcome::busy;
     if (!lost) {
       Picture picture = source_.picture(next_, frame.settings);
@@ -199,7 +199,7 @@ void Stream::run_for_guest(CameraTime now) {
   wants_picture_ = false;
   // A silent camera's time goes by, and its frames with it.
   while (now >= due_ && !sending_ && !transfers_.empty()) {
-    if (const std::optional<Outcome> lost = withheld(now)) {
+    if (const std::optional<Outcome> lost = injected_outcome(now)) {
       drop(record(now), *lost);
       advance(now);
       if (options_.pace == Pace::free && *lost == Outcome::silent) due_ = *faults_.silent_until;
@@ -232,7 +232,7 @@ void Stream::send(CameraTime now, TransferSink& sink) {
 }
 
 void Stream::run(CameraTime now, TransferSink& sink) {
-  if (halted_ || !agreement_) return;
+  if (halted_ || !negotiated_format_) return;
   if (state_ == State::armed && !transfers_.empty()) state_ = State::starting;
   if (state_ == State::starting) {
     // A sensor that ran while its first picture is being rendered would only count what it has not got.

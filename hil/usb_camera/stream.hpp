@@ -12,7 +12,7 @@
 #include "usb_camera/frame_source.hpp"
 #include "usb_camera/negotiation.hpp"
 #include "usb_camera/payload.hpp"
-#include "usb_camera/setting_delay.hpp"
+#include "usb_camera/control_latency.hpp"
 
 namespace lightwell::usb_camera {
 
@@ -25,7 +25,7 @@ enum class Pace : std::uint8_t {
 
 struct StreamOptions {
   Pace pace = Pace::rate;
-  int control_latency = 2;  ///< SettingDelay's.
+  int control_latency = 2;  ///< ControlLatency's.
   bool stamp = false;       ///< Frames carry their number: frame_stamp.hpp.
   int ahead = 8;            ///< Frames whose pictures are ordered before they are due.
 };
@@ -57,7 +57,7 @@ class Stream {
   Stream(const StreamOptions& options, FrameSource& source, FrameLog& log);
 
   /// The host has committed: the next transfer starts a stream.
-  [[nodiscard]] Status arm(const Agreement& agreement, const SensorSettings& settings);
+  [[nodiscard]] Status arm(const NegotiatedFormat& negotiated_format, const SensorSettings& settings);
   /// The host has cleared the endpoint, which is how it stops a stream: frames end, the commit stays.
   void stop();
   /// Nothing is committed any more. Transfers that wait are dropped without an answer.
@@ -83,14 +83,14 @@ class Stream {
 
   [[nodiscard]] Faults& faults() { return faults_; }
   [[nodiscard]] bool streaming() const { return state_ == State::running; }
-  [[nodiscard]] const std::optional<Agreement>& agreement() const { return agreement_; }
+  [[nodiscard]] const std::optional<NegotiatedFormat>& negotiated_format() const { return negotiated_format_; }
   /// Since the program began.
   [[nodiscard]] std::uint64_t streams() const { return streams_; }
   [[nodiscard]] std::size_t waiting_transfers() const { return transfers_.size(); }
 
   /// A host that queues more at a time is none that behaves.
-  static constexpr std::size_t kMostTransfers = 256;
-  static constexpr std::size_t kLongestTransfer = std::size_t{1} << 20;
+  static constexpr std::size_t kMaxTransfers = 256;
+  static constexpr std::size_t kMaxTransferBytes = std::size_t{1} << 20;
 
  private:
   enum class State : std::uint8_t { idle, armed, starting, running };
@@ -102,12 +102,12 @@ class Stream {
   struct Sending {
     FrameRecord record;
     Picture picture;
-    PayloadCutter cutter;
+    PayloadSplitter cutter;
   };
 
   [[nodiscard]] double interval_s(const SensorSettings& settings) const;
   [[nodiscard]] FrameRecord record(CameraTime due) const;
-  [[nodiscard]] std::optional<Outcome> withheld(CameraTime now);
+  [[nodiscard]] std::optional<Outcome> injected_outcome(CameraTime now);
   void drop(FrameRecord record, Outcome outcome);
   void begin(CameraTime due, Picture picture);
   void advance(CameraTime due);
@@ -121,14 +121,14 @@ class Stream {
   StreamOptions options_;
   FrameSource& source_;
   FrameLog& log_;
-  SettingDelay settings_;
+  ControlLatency settings_;
   SensorSettings latest_;
   double readout_s_ = 0;
   Faults faults_;
 
   State state_ = State::idle;
   bool halted_ = false;
-  std::optional<Agreement> agreement_;
+  std::optional<NegotiatedFormat> negotiated_format_;
   std::deque<Transfer> transfers_;
   std::uint64_t streams_ = 0;
   std::uint64_t next_ = 0;      ///< The frame that is being exposed.

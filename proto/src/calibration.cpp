@@ -242,7 +242,7 @@ std::uint32_t calibration_identity(const RigParameters& rig) {
     coded.SetSerializationDeterministic(true);
     rig_to(rig).SerializeToCodedStream(&coded);
   }
-  return identity_of(bytes);
+  return fnv1a_32(bytes);
 }
 
 }  // namespace lightwell

@@ -118,7 +118,7 @@ std::span<const Setting> settings_of(EstimatorKind kind) {
   return kind == EstimatorKind::marker ? all.subspan(1, 1) : all;
 }
 
-EstimatorConfig at_setting(EstimatorConfig config) {
+EstimatorConfig config_for_setting(EstimatorConfig config) {
   double wider = 1;
   switch (config.setting) {
     case Setting::fast:

@@ -70,7 +70,7 @@ std::uint32_t environment_key(const EnvironmentMap& whole) {
   return crc == 0 ? 1 : crc;
 }
 
-bool changed_map(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out) {
+bool apply_changes(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out) {
   if (!whole.whole() || changes.whole() || changes.key != whole.key) return false;
   std::uint64_t reach = 0, taken = 0;
   for (std::size_t k = 0; k < changes.runs.size(); ++k) {

@@ -87,7 +87,7 @@ OpenFile start_of(std::string_view path) {
 }
 
 Result<Place> find(const std::string& path, FinalLink final_link, Parents parents = Parents::expect,
-                   const char* trouble = "cannot be reached") {
+                   const char* failure = "cannot be reached") {
   std::vector<std::string> left;
   push_names(left, path);
   Place at{start_of(path)};
@@ -104,7 +104,7 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
       }
     }
     struct stat facts {};
-    if (!step || ::fstat(step.get(), &facts) != 0) return failed(path, trouble);
+    if (!step || ::fstat(step.get(), &facts) != 0) return failed(path, failure);
     if (S_ISLNK(facts.st_mode)) {
       if (!is_ours(facts.st_uid))
         return refused_path(path, ("'" + at.name +
@@ -124,7 +124,7 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
     }
     at.name = ".";
   }
-  if (!at.folder) return failed(path, trouble);
+  if (!at.folder) return failed(path, failure);
   return at;
 }
 
@@ -165,7 +165,7 @@ bool is_device(const OpenFile& file) {
 
 /// What an administrator's `lightwelld --pair` writes belongs to the daemon's user, as the folder does: else the daemon
 /// could not read it. `made` was made by this process; an existing file is never given away.
-bool give_to_owner_of(const OpenFile& folder, const OpenFile& made) {
+bool chown_to_owner_of(const OpenFile& folder, const OpenFile& made) {
   if (::geteuid() != 0) return true;
   struct stat facts {};
   return ::fstat(folder.get(), &facts) == 0 && ::fchown(made.get(), facts.st_uid, facts.st_gid) == 0;
@@ -240,12 +240,12 @@ Status make_private_folder(const std::string& path) {
     return refused_path(path, "others may write there, and could put keys of their own in it; `chmod 700` it");
   if (::geteuid() != 0 && facts.st_uid != ::geteuid())
     return refused_path(path, "belongs to another user, who could put keys of their own in it; `chown` it");
-  if (made && facts.st_uid == ::geteuid() && !give_to_owner_of(place->folder, folder))
+  if (made && facts.st_uid == ::geteuid() && !chown_to_owner_of(place->folder, folder))
     return failed(path, "cannot be given to the owner of the folder above it");
   return {};
 }
 
-Status write_atomically(const std::string& path, std::string_view bytes, Readers readers) {
+Status write_atomically(const std::string& path, std::string_view bytes, FileMode readers) {
   const Result<Place> place = find(path, FinalLink::follow, Parents::expect, "cannot be written");
   if (!place) return place.status();
   const int folder = place->folder.get();
@@ -264,8 +264,8 @@ Status write_atomically(const std::string& path, std::string_view bytes, Readers
     if (!file && errno != EEXIST) break;
   }
   if (!file) return failed(path, "cannot be written, no file can be made beside it");
-  const mode_t mode = readers == Readers::owner ? S_IRUSR | S_IWUSR : 0666 & ~process_umask();
-  const bool written = write_all(file.get(), bytes) && give_to_owner_of(place->folder, file) &&
+  const mode_t mode = readers == FileMode::owner ? S_IRUSR | S_IWUSR : 0666 & ~process_umask();
+  const bool written = write_all(file.get(), bytes) && chown_to_owner_of(place->folder, file) &&
                        ::fchmod(file.get(), mode) == 0 && ::fsync(file.get()) == 0;
   if (!written || ::renameat(folder, aside.name.c_str(), folder, place->name.c_str()) != 0) {
     const Status s = failed(path, written ? "cannot be replaced" : "cannot be written");
@@ -337,7 +337,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   if (!place) return place.status();
   OpenFile file = open_at(*place, O_RDWR | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
   if (file) {
-    if (!give_to_owner_of(place->folder, file)) return failed(path, "cannot be given to the folder's owner");
+    if (!chown_to_owner_of(place->folder, file)) return failed(path, "cannot be given to the folder's owner");
   } else {
     if (errno == EEXIST) file = open_at(*place, O_RDWR);
     if (!file) return cannot_open(path);

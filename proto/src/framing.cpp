@@ -79,19 +79,19 @@ struct FrameReader::Header {
 
 FrameReader::FrameReader() : buffer_(kMaxFrameBytes) {}
 
-void FrameReader::push(std::span<const std::byte> bytes, const Take& take) {
+void FrameReader::push(std::span<const std::byte> bytes, const FrameCallback& on_frame) {
   while (!bytes.empty()) {
     drop_consumed();
     const std::size_t now = std::min(bytes.size(), buffer_.size() - end_);
     std::copy_n(bytes.begin(), now, buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
     end_ += now;
     bytes = bytes.subspan(now);
-    search(Search::more_may_come, take);
+    search(Search::partial, on_frame);
   }
 }
 
-void FrameReader::end_transfer(const Take& take) {
-  search(Search::nothing_follows, take);
+void FrameReader::end_transfer(const FrameCallback& on_frame) {
+  search(Search::final, on_frame);
   at_boundary_ = true;
 }
 
@@ -104,41 +104,41 @@ void FrameReader::begin_stream() {
   at_boundary_ = true;
 }
 
-void FrameReader::search(Search search, const Take& take) {
-  while (begin_ < end_ && step(search, take) == Step::went_on) {
+void FrameReader::search(Search search, const FrameCallback& on_frame) {
+  while (begin_ < end_ && step(search, on_frame) == Step::advanced) {
   }
   if (begin_ == end_) begin_ = end_ = 0;
 }
 
-FrameReader::Step FrameReader::step(Search search, const Take& take) {
+FrameReader::Step FrameReader::step(Search search, const FrameCallback& on_frame) {
   const std::byte* const at = buffer_.data() + begin_;
   const std::size_t here = end_ - begin_;
   if (at_boundary_ && *at == std::byte{0}) {
     ++begin_;
-    return Step::went_on;
+    return Step::advanced;
   }
   if (!std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(std::min(here, kMagic.size())), at)) {
     skip();
-    return Step::went_on;
+    return Step::advanced;
   }
   const auto unfinished = [&] {
-    if (search == Search::more_may_come) return Step::wants_more;
+    if (search == Search::partial) return Step::needs_more;
     ++counters_.cut_off;
     skip();
-    return Step::went_on;
+    return Step::advanced;
   };
   if (here < kFrameHeaderBytes) return unfinished();
   if (crc32c({at, kHeaderCrcAt}) != get_le<std::uint32_t>(at + kHeaderCrcAt)) {
     ++counters_.bad_headers;
     skip();
-    return Step::went_on;
+    return Step::advanced;
   }
   const Header header(at);
   // What an oversized frame holds is not read: it is looked through like damage.
   if (header.length > limit_of(header.kind)) {
     ++counters_.oversized;
     skip();
-    return Step::went_on;
+    return Step::advanced;
   }
   if (here < kFrameHeaderBytes + header.length) return unfinished();
   const std::span payload(at + kFrameHeaderBytes, header.length);
@@ -146,12 +146,12 @@ FrameReader::Step FrameReader::step(Search search, const Take& take) {
   if (crc32c(payload) != header.payload_crc) {
     ++counters_.bad_payloads;
     skip();
-    return Step::went_on;
+    return Step::advanced;
   }
   begin_ += kFrameHeaderBytes + header.length;
   at_boundary_ = true;
-  deliver(header, payload, take);
-  return Step::went_on;
+  deliver(header, payload, on_frame);
+  return Step::advanced;
 }
 
 void FrameReader::skip() {
@@ -160,7 +160,7 @@ void FrameReader::skip() {
   at_boundary_ = false;
 }
 
-void FrameReader::deliver(const Header& header, std::span<const std::byte> payload, const Take& take) {
+void FrameReader::deliver(const Header& header, std::span<const std::byte> payload, const FrameCallback& on_frame) {
   if (!is_new(header)) {
     ++counters_.replayed;
     return;
@@ -170,7 +170,7 @@ void FrameReader::deliver(const Header& header, std::span<const std::byte> paylo
     return;
   }
   ++counters_.frames;
-  take({static_cast<FrameKind>(header.kind), header.session, header.sequence, payload});
+  on_frame({static_cast<FrameKind>(header.kind), header.session, header.sequence, payload});
 }
 
 bool FrameReader::is_new(const Header& header) {

@@ -11,9 +11,9 @@
 namespace lightwell {
 namespace {
 
-constexpr std::size_t kMostFaces = 64;
+constexpr std::size_t kMaxFaces = 64;
 /// What rounding in a file may do to a patch that ends at its face's edge, m.
-constexpr double kOnEdge = 1e-6;
+constexpr double kEdgeTolerance_m = 1e-6;
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
@@ -31,7 +31,7 @@ Status validate_outline(const FaceOutline& outline, const std::string& who) {
     const FacePoint& b = outline[(i + 1) % outline.size()];
     if (a == b) return wrong(who + ": outline_m has point " + std::to_string(i) + " twice");
     for (const FacePoint& c : outline)
-      if (turn(a, b, c) < -kOnEdge * std::hypot(b.x - a.x, b.y - a.y))
+      if (turn(a, b, c) < -kEdgeTolerance_m * std::hypot(b.x - a.x, b.y - a.y))
         return wrong(who + ": outline_m must be convex and counter-clockwise seen from outside");
   }
   double area = 0;
@@ -49,7 +49,7 @@ bool within(const FaceOutline& outline, FacePoint p) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const FacePoint& a = outline[i];
     const FacePoint& b = outline[(i + 1) % outline.size()];
-    if (turn(a, b, p) < -kOnEdge * std::hypot(b.x - a.x, b.y - a.y)) return false;
+    if (turn(a, b, p) < -kEdgeTolerance_m * std::hypot(b.x - a.x, b.y - a.y)) return false;
   }
   return true;
 }
@@ -106,7 +106,7 @@ Status MarkerBody::validate() const {
     return wrong("tag_family: '" + tag_family + "' is not known; tag36h11 and tagStandard41h12 are");
   if (!(tag_size_m > 0) || !std::isfinite(tag_size_m)) return wrong("tag_size_m must be positive and finite");
   if (faces.empty()) return wrong("no face: a body needs at least one, with a tag that tells where it is");
-  if (faces.size() > kMostFaces) return wrong("more than " + std::to_string(kMostFaces) + " faces");
+  if (faces.size() > kMaxFaces) return wrong("more than " + std::to_string(kMaxFaces) + " faces");
   std::set<int> ids;
   for (const MarkerFace& face : faces) {
     const std::string who = "face of tag " + std::to_string(face.tag_id);

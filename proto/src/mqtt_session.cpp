@@ -74,7 +74,7 @@ struct MqttSession::Callbacks {
       return;
     }
     self.connected_ = true;
-    self.back_off_.reset();
+    self.backoff_.reset();
     for (const std::string& topic : self.options_.subscriptions)
       mosquitto_subscribe_v5(client, nullptr, topic.c_str(), 0, 0, nullptr);
     self.options_.on_connected();
@@ -84,7 +84,7 @@ struct MqttSession::Callbacks {
     auto& self = *static_cast<MqttSession*>(data);
     // The library uses its own codes below 128 and the broker's from there on.
     const std::string why = reason >= 128 ? mosquitto_reason_string(reason) : mosquitto_strerror(reason);
-    if (self.disconnected_.empty()) self.disconnected_ = self.said_.empty() ? why : self.said_;
+    if (self.disconnected_.empty()) self.disconnected_ = self.library_error_.empty() ? why : self.library_error_;
   }
 
   static void message(mosquitto*, void* data, const mosquitto_message* m, const mosquitto_property* properties) {
@@ -110,7 +110,7 @@ struct MqttSession::Callbacks {
   }
 
   static void log(mosquitto*, void* data, int level, const char* text) {
-    if (level == MOSQ_LOG_ERR) static_cast<MqttSession*>(data)->said_ = text;
+    if (level == MOSQ_LOG_ERR) static_cast<MqttSession*>(data)->library_error_ = text;
   }
 };
 
@@ -119,7 +119,7 @@ void MqttSession::Free::operator()(mosquitto* client) const { mosquitto_destroy(
 MqttSession::MqttSession(Options options)
     : options_(std::move(options)),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      back_off_(options_.retry_min, options_.retry_max, std::random_device{}()) {
+      backoff_(options_.retry_min, options_.retry_max, std::random_device{}()) {
   // Once a process; other parts of it may use the library, so it is never taken down.
   static const int initialised = mosquitto_lib_init();
   (void)initialised;
@@ -158,35 +158,35 @@ std::string MqttSession::configure(mosquitto* client) const {
 
 void MqttSession::attempt(std::int64_t now_ns) {
   const char* const host = options_.address.host.c_str();
-  said_.clear();
+  library_error_.clear();
   disconnected_.clear();
   attempt_ns_ = now_ns;
   client_.reset(mosquitto_new(options_.login.client_id.c_str(), true, this));
-  if (!client_) return lose("out of memory");
-  if (const std::string problem = configure(client_.get()); !problem.empty()) return lose(problem);
+  if (!client_) return handle_disconnect("out of memory");
+  if (const std::string problem = configure(client_.get()); !problem.empty()) return handle_disconnect(problem);
   Properties properties;
   mosquitto_property_add_int32(&properties.list, MQTT_PROP_MAXIMUM_PACKET_SIZE, options_.largest_packet);
   // The call that does not wait takes no properties. The one that does keeps them, and refuses this port before it
   // connects.
   mosquitto_connect_bind_v5(client_.get(), host, -1, kKeepAliveSeconds, nullptr, properties.list);
-  looking_up_ = true;
+  resolving_ = true;
   const int rc = mosquitto_connect_async(client_.get(), host, options_.address.port, kKeepAliveSeconds);
   const int system_error = errno;
-  looking_up_ = false;
+  resolving_ = false;
   if (rc != MOSQ_ERR_SUCCESS) {
     const std::string system = rc == MOSQ_ERR_ERRNO ? std::strerror(system_error) : mosquitto_strerror(rc);
-    return lose(said_.empty() ? system : said_);
+    return handle_disconnect(library_error_.empty() ? system : library_error_);
   }
   const int socket = mosquitto_socket(client_.get()), bytes = options_.send_buffer_bytes;
   if (socket >= 0 && bytes > 0) ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
 }
 
-void MqttSession::lose(std::string why) {
+void MqttSession::handle_disconnect(std::string why) {
   if (!connected_ && options_.address.transport == MqttTransport::tls && may_want_a_certificate(why))
     why += "; does the broker ask for a certificate of ours?";
   client_.reset();
   connected_ = false;
-  next_attempt_ns_ = monotonic_now_ns() + back_off_.next().ns;
+  next_attempt_ns_ = monotonic_now_ns() + backoff_.next().ns;
   options_.on_lost(why);
 }
 
@@ -205,20 +205,20 @@ void MqttSession::wait_for_wake(std::int64_t timeout_ns) const {
   if (::read(wake_, &count, sizeof count) < 0) return;
 }
 
-void MqttSession::turn(Duration patience) {
+void MqttSession::run_once(Duration timeout) {
   const std::int64_t now = monotonic_now_ns();
   if (!client_ && now >= next_attempt_ns_) attempt(now);
-  if (!client_) return wait_for_wake(std::min(patience.ns, next_attempt_ns_ - monotonic_now_ns()));
+  if (!client_) return wait_for_wake(std::min(timeout.ns, next_attempt_ns_ - monotonic_now_ns()));
 
   const short wanted = static_cast<short>(POLLIN | (mosquitto_want_write(client_.get()) ? POLLOUT : 0));
   std::array<pollfd, 2> fds{{{wake_, POLLIN, 0}, {mosquitto_socket(client_.get()), wanted, 0}}};
-  const std::int64_t wait = std::clamp<std::int64_t>(patience.ns, 0, kSecond);
+  const std::int64_t wait = std::clamp<std::int64_t>(timeout.ns, 0, kSecond);
   ::poll(fds.data(), fds.size(), wait == 0 ? 0 : static_cast<int>(wait / 1'000'000 + 1));
   if ((fds[0].revents & POLLIN) != 0) wait_for_wake(0);
   serve(fds[1].revents);
   if (disconnected_.empty() && !connected_ && monotonic_now_ns() - attempt_ns_ > options_.connect_timeout.ns)
     disconnected_ = "the broker does not answer";
-  if (!disconnected_.empty()) lose(std::exchange(disconnected_, {}));
+  if (!disconnected_.empty()) handle_disconnect(std::exchange(disconnected_, {}));
 }
 
 void MqttSession::serve(short events) {
@@ -235,7 +235,7 @@ void MqttSession::serve(short events) {
   if (mosquitto_socket(client) >= 0 && mosquitto_want_write(client)) mosquitto_loop_write(client, 1);
   if (mosquitto_socket(client) >= 0) mosquitto_loop_misc(client);
   if (mosquitto_socket(client) < 0 && disconnected_.empty())
-    disconnected_ = said_.empty() ? "the connection to the broker was lost" : said_;
+    disconnected_ = library_error_.empty() ? "the connection to the broker was lost" : library_error_;
 }
 
 bool MqttSession::send(const std::string& topic, std::span<const std::byte> payload, bool retained,
@@ -249,7 +249,7 @@ bool MqttSession::publish(const std::string& topic, std::span<const std::byte> p
   return send(topic, payload, retained, {});
 }
 
-bool MqttSession::ask(const std::string& topic, const std::string& response_topic,
+bool MqttSession::request(const std::string& topic, const std::string& response_topic,
                       std::span<const std::byte> correlation) {
   Properties properties;
   properties.add_response_topic(response_topic);
@@ -257,14 +257,14 @@ bool MqttSession::ask(const std::string& topic, const std::string& response_topi
   return connected_ && send(topic, {}, false, properties);
 }
 
-bool MqttSession::answer(const MqttMessage& question, std::span<const std::byte> payload) {
+bool MqttSession::respond(const MqttMessage& question, std::span<const std::byte> payload) {
   Properties properties;
   properties.add_correlation(question.correlation);
   return send(std::string(question.response_topic), payload, false, properties);
 }
 
-void MqttSession::close(Duration patience) {
-  const std::int64_t end = monotonic_now_ns() + patience.ns;
+void MqttSession::close(Duration timeout) {
+  const std::int64_t end = monotonic_now_ns() + timeout.ns;
   const auto flush = [&](auto&& done) {
     while (client_ && !done() && monotonic_now_ns() < end) {
       pollfd fd{mosquitto_socket(client_.get()), static_cast<short>(POLLIN | POLLOUT), 0};

@@ -6,8 +6,8 @@ namespace lightwell {
 
 std::uint32_t rgb9e5_encode(float r, float g, float b) {
   constexpr int kMantissaBits = 9, kBias = 15, kMaxExponent = 31;
-  static constexpr float kLargest = 65408.0F;  // (2^9 - 1) / 2^9 * 2^(31 - 15)
-  const auto clean = [](float v) { return v > 0 ? std::min<float>(v, kLargest) : 0.0F; };
+  static constexpr float kMaxValue = 65408.0F;  // (2^9 - 1) / 2^9 * 2^(31 - 15)
+  const auto clean = [](float v) { return v > 0 ? std::min<float>(v, kMaxValue) : 0.0F; };
   const float rc = clean(r), gc = clean(g), bc = clean(b);
   const float largest = std::max({rc, gc, bc});
   if (!(largest > 0)) return 0;

@@ -27,11 +27,11 @@ constexpr double kConverged = 1e-7;
 constexpr double kMaxExponent = 40;
 
 /// A window keeps at least this share of what is around a direction.
-constexpr double kFloor = 0.1;
+constexpr double kMinLocalMeanFraction = 0.1;
 /// Up to this share of band 0 is what a rotation in single precision makes of the zeros of a band that was not sent.
 constexpr double kRounding = 1e-5;
 /// Below this share of the brightest channel's mean a channel is rounding, and asks for no window.
-constexpr double kFaint = 1e-3;
+constexpr double kMinChannelRatio = 1e-3;
 /// t = kBlurUnit s / (1 - s), s in [0, 1] by bisection.
 constexpr double kBlurUnit = 0.1, kMaxBlur = 100;
 constexpr int kBisections = 11;
@@ -279,7 +279,7 @@ class WindowSearch {
     for (int k = 0; k < 3; ++k) brightest = std::max(brightest, mean_of(sh, k));
     for (int k = 0; k < 3; ++k) {
       const double mean = mean_of(sh, k);
-      if (!(mean > kFaint * brightest)) continue;
+      if (!(mean > kMinChannelRatio * brightest)) continue;
       Channel& channel = channels_[count_++];
       for (int l = 0, i = 0; l <= sh.band; ++l) {
         Row& row = channel[static_cast<std::size_t>(l)] = {};
@@ -298,7 +298,7 @@ class WindowSearch {
     for (std::size_t l = 0; l < lobe.size(); ++l) around[l] *= lobe[l];
     for (std::size_t k = 0; k < count_; ++k) {
       weigh(channels_[k], around, 0, kDirections, floor_[k]);
-      for (double& f : floor_[k]) f = kFloor * std::clamp(f, 0.0, 1.0);
+      for (double& f : floor_[k]) f = kMinLocalMeanFraction * std::clamp(f, 0.0, 1.0);
     }
     if (keeps_floor(lobe, least)) return least;
     double low = least / (least + kBlurUnit), high = 1;

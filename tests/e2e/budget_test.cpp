@@ -27,12 +27,12 @@ TEST_F(BudgetTest, ThatNothingCanKeepEndsAtFastAndIsSaidOnce) {
   ASSERT_TRUE(observer.gets(5)) << daemon.process().err();
   EXPECT_EQ(observer.descriptors().back().setting, Setting::fast);
   ASSERT_TRUE(
-      comes_true("the probe counts what was late", [&] { return observer.counters().estimates_late_at_fast > 0; }));
+      becomes_true("the probe counts what was late", [&] { return observer.counters().estimates_late_at_fast > 0; }));
   const Counters counters = observer.counters();
   EXPECT_EQ(counters.setting_moves, 1U);
   EXPECT_GT(counters.estimates_late, counters.estimates_late_at_fast);
   ASSERT_TRUE(
-      comes_true("it is said", [&] { return daemon.process().err().find("--budget-ms") != std::string::npos; }));
+      becomes_true("it is said", [&] { return daemon.process().err().find("--budget-ms") != std::string::npos; }));
   EXPECT_TRUE(observer.gets(60));
   (void)daemon.stop();
   const std::string said = daemon.process().err();
@@ -51,7 +51,7 @@ TEST_F(BudgetTest, ThatIsKeptMovesNothing) {
 TEST_F(BudgetTest, WithoutAFrameRateItTakesNoMorePicturesThanItEstimates) {
   Daemon daemon({.camera = "sim:" + folder_.path("room.exr"), .frame_rate = 0});
   const Observer observer(daemon.uri());
-  ASSERT_TRUE(comes_true("there are estimates", [&] { return observer.counters().estimates > 1000; }))
+  ASSERT_TRUE(becomes_true("there are estimates", [&] { return observer.counters().estimates > 1000; }))
       << daemon.process().err();
   const Counters counters = observer.counters();
   // One is worked on, one waits, and one may be pushed meanwhile; estimates are counted after frames.

@@ -19,7 +19,7 @@ class ClientsTest : public ::testing::Test {
     return {.camera = "sim:" + folder_.path("room.exr"), .frame_rate = frame_rate};
   }
   [[nodiscard]] static ::testing::AssertionResult clients_become(const Observer& observer, std::uint32_t count) {
-    return comes_true("the probe counts " + std::to_string(count) + " clients",
+    return becomes_true("the probe counts " + std::to_string(count) + " clients",
                       [&] { return observer.counters().clients == count; });
   }
   /// What one of two good clients missed and the other did not: the link's doing. What neither got
@@ -59,7 +59,7 @@ TEST_F(ClientsTest, ASleepingClientIsCoalescedAndTheOthersSeeNoGap) {
   ASSERT_TRUE(clients_become(one, 3));
   sleeper.signal(SIGSTOP);
   const std::uint64_t before = one.counters().descriptors_coalesced;
-  ASSERT_TRUE(comes_true("the sleeper is behind and what it misses is counted",
+  ASSERT_TRUE(becomes_true("the sleeper is behind and what it misses is counted",
                          [&] { return one.counters().descriptors_coalesced > before + 10; }));
   ASSERT_TRUE(one.gets(30));
   const auto lost = missing_in_one(one, other).size() + missing_in_one(other, one).size();
@@ -86,15 +86,15 @@ TEST_F(ClientsTest, AnApplicationThatIsSlowIsGivenTheNewest) {
   };
   Result<Probe> slow = Probe::connect(daemon.uri(), options);
   ASSERT_TRUE(slow.ok()) << slow.status().message();
-  ASSERT_TRUE(comes_true("the slow one gets its first", [&] { return came > 0; }));
+  ASSERT_TRUE(becomes_true("the slow one gets its first", [&] { return came > 0; }));
   std::unique_lock closed(gate);
   const std::uint64_t before = quick.counters().descriptors_coalesced;
-  ASSERT_TRUE(comes_true("the probe leaves out what it is too slow for",
+  ASSERT_TRUE(becomes_true("the probe leaves out what it is too slow for",
                          [&] { return quick.counters().descriptors_coalesced > before + 50; }));
   const std::uint64_t now = quick.descriptors().back().sequence;
   const int had = came;
   closed.unlock();
-  ASSERT_TRUE(comes_true("it is up to date again", [&] { return newest >= now; }));
+  ASSERT_TRUE(becomes_true("it is up to date again", [&] { return newest >= now; }));
   EXPECT_LT(came - had, 60) << "old light is not worth waiting for";
 }
 

@@ -5,12 +5,12 @@
 namespace lightwell::test {
 namespace {
 
-constexpr std::string_view kListening = "lightwelld: listening on ";
+constexpr std::string_view kListenerTimeout = "lightwelld: listening on ";
 
 ProbeOptions options_with(std::function<void(const Arrival&)> on_descriptor) {
   ProbeOptions o;
   o.max_age = kAnyAge;
-  o.connect_timeout = Duration{kPatience.count() * 1'000'000};
+  o.connect_timeout = Duration{kTestTimeout.count() * 1'000'000};
   o.on_descriptor = std::move(on_descriptor);
   return o;
 }
@@ -34,16 +34,16 @@ std::vector<std::string> tool_command(std::vector<std::string> arguments) {
 const std::string& Daemon::uri() {
   if (!uri_.empty()) return uri_;
   std::string out;
-  EXPECT_TRUE(comes_true("lightwelld listens", [&] {
+  EXPECT_TRUE(becomes_true("lightwelld listens", [&] {
     out = child_.out();
     return child_.ended() || out.find('\n') != std::string::npos;
   })) << child_.err();
-  const std::size_t at = out.find(kListening);
+  const std::size_t at = out.find(kListenerTimeout);
   if (at == std::string::npos) {
     ADD_FAILURE() << "lightwelld did not start:\n" << child_.err();
     return uri_;
   }
-  const std::size_t begin = at + kListening.size();
+  const std::size_t begin = at + kListenerTimeout.size();
   return uri_ = out.substr(begin, out.find('\n', begin) - begin);
 }
 
@@ -87,7 +87,7 @@ std::vector<std::uint64_t> Observer::missing() const {
 
 ::testing::AssertionResult Observer::gets(std::size_t more) const {
   const std::size_t enough = count() + more;
-  return comes_true(std::to_string(more) + " more descriptors have come", [&] { return count() >= enough; });
+  return becomes_true(std::to_string(more) + " more descriptors have come", [&] { return count() >= enough; });
 }
 
 }  // namespace lightwell::test

@@ -56,13 +56,13 @@ class DiscoverTest : public ::testing::Test {
   /// Looks until it is seen; a busy network takes its time.
   static ::testing::AssertionResult seen_from(const Machine& machine, const std::string& what, std::size_t times = 1) {
     Look last;
-    const auto result = comes_true(
+    const auto result = becomes_true(
         "'" + what + "' is seen from " + machine.name(),
         [&] {
           last = look(machine);
           return occurrences(last.out, what) == times;
         },
-        3 * kPatience);
+        3 * kTestTimeout);
     return result ? result : ::testing::AssertionFailure() << result.message() << "\n" << last.out << last.err;
   }
 
@@ -119,7 +119,7 @@ TEST_F(DiscoverTest, TwoProbesOfOneNameOnOneMachineAreBothSeen) {
   (void)other.uri();
   ASSERT_TRUE(seen_from(cellar_, "\"instance\":\"twin #2\""));
   EXPECT_TRUE(seen_from(cellar_, "\"name\":\"twin\"", 2));
-  EXPECT_TRUE(comes_true("the second says how it is announced", [&] {
+  EXPECT_TRUE(becomes_true("the second says how it is announced", [&] {
     return occurrences(other.process().err(), "announced as 'twin #2'") == 1;
   })) << other.process().err();
 }
@@ -138,7 +138,7 @@ TEST_F(DiscoverTest, TheAbsenceAndTheRestartOfAvahiAndOfTheBusAreSurvived) {
   attic_.stop_avahi();
   Daemon daemon(on(attic_, "attic"));
   (void)daemon.uri();
-  EXPECT_TRUE(comes_true("it says that nobody sees it",
+  EXPECT_TRUE(becomes_true("it says that nobody sees it",
                          [&] { return occurrences(daemon.process().err(), "discovery: ") > 0; }));
   attic_.start_avahi();
   EXPECT_TRUE(seen_from(cellar_, "\"name\":\"attic\""));
@@ -199,7 +199,7 @@ class Impostor {
               0);
     avahi_string_list_free(list);
     EXPECT_EQ(avahi_entry_group_commit(group_), 0);
-    EXPECT_TRUE(comes_true(name + " is announced", [&] {
+    EXPECT_TRUE(becomes_true(name + " is announced", [&] {
       avahi_simple_poll_iterate(poll_, 1);
       return avahi_entry_group_get_state(group_) == AVAHI_ENTRY_GROUP_ESTABLISHED;
     }));

@@ -172,18 +172,18 @@ TEST_F(MarkerTest, ACoveredBodyIsAGapAndNoGuess) {
   // The covered picture is the second of each round.
   for (const Descriptor& d : observer.descriptors()) EXPECT_EQ(d.sequence % 2, 0U);
   EXPECT_TRUE(
-      comes_true("the pictures without a body are counted", [&] { return observer.counters().estimates_failed > 0; }));
+      becomes_true("the pictures without a body are counted", [&] { return observer.counters().estimates_failed > 0; }));
 }
 
 TEST_F(MarkerTest, WithoutItsBodyThereIsNoLightAndTheReasonIsSaidOnce) {
   Daemon daemon(options(std::vector<Pixels>{covered(seen_[0])}));
   const Observer observer(daemon.uri());
-  ASSERT_TRUE(comes_true("failures are counted", [&] { return observer.counters().estimates_failed >= 10; }))
+  ASSERT_TRUE(becomes_true("failures are counted", [&] { return observer.counters().estimates_failed >= 10; }))
       << daemon.process().err();
   EXPECT_EQ(observer.counters().estimates, 0U);
   EXPECT_EQ(observer.count(), 0U);
   EXPECT_EQ(observer.probe().latest().validity(), Validity::none);
-  EXPECT_TRUE(comes_true("the log says why", [&] {
+  EXPECT_TRUE(becomes_true("the log says why", [&] {
     return occurrences(daemon.process().err(), "no tag of the body '" + name_ + "'") > 0;
   })) << daemon.process().err();
   EXPECT_EQ(daemon.stop(), (Ending{0, 0}));

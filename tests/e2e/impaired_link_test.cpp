@@ -71,7 +71,7 @@ class ImpairedLink : public ::testing::Test {
   }
   [[nodiscard]] static ::testing::AssertionResult follows(const Probe& probe) {
     const std::uint64_t from = probe.stats().received;
-    return comes_true("descriptors come and are valid", [&] {
+    return becomes_true("descriptors come and are valid", [&] {
       return probe.stats().received > from + 3 && probe.latest().validity() == Validity::valid;
     });
   }
@@ -109,7 +109,7 @@ TEST_F(ImpairedLink, WithoutAWordTheLightGrowsStaleAndComesBackWithTheLink) {
   // Shorter, and longer, than the silence after which the link is made anew.
   for (const auto outage : {milliseconds(1000), milliseconds(6000)}) {
     proxy_.hold();
-    ASSERT_TRUE(comes_true("it is stale", [&] { return probe.latest().validity() == Validity::stale; }));
+    ASSERT_TRUE(becomes_true("it is stale", [&] { return probe.latest().validity() == Validity::stale; }));
     EXPECT_FALSE(probe.latest().reason().empty());
     std::this_thread::sleep_for(outage);
     EXPECT_EQ(probe.latest().validity(), Validity::stale);
@@ -128,10 +128,10 @@ TEST_F(ImpairedLink, ACutLinkIsMadeAnew) {
   FreshnessWatch watch(probe, kMaxAge);
   for (int i = 0; i < 3; ++i) {
     proxy_.cut();
-    ASSERT_TRUE(comes_true("it is stale", [&] { return probe.latest().validity() == Validity::stale; }));
+    ASSERT_TRUE(becomes_true("it is stale", [&] { return probe.latest().validity() == Validity::stale; }));
     std::this_thread::sleep_for(seconds(1));
     EXPECT_THAT(probe.stats().last_error, ::testing::Not(::testing::IsEmpty()));
-    proxy_.mend();
+    proxy_.restore();
     ASSERT_TRUE(follows(probe));
   }
   watch.stop();
@@ -145,7 +145,7 @@ TEST_F(ImpairedLink, BehindAThrottleOldLightIsCalledStale) {
   FreshnessWatch watch(probe, kMaxAge);
   // A quarter of what the stream has: what waits on the way grows, and so does its age.
   proxy_.impair({.bytes_per_s = 1500});
-  ASSERT_TRUE(comes_true("it is stale", [&] { return probe.latest().validity() == Validity::stale; }));
+  ASSERT_TRUE(becomes_true("it is stale", [&] { return probe.latest().validity() == Validity::stale; }));
   std::this_thread::sleep_for(seconds(3));
   watch.stop();
   EXPECT_EQ(watch.lies(), 0);

@@ -72,7 +72,7 @@ TEST_F(LightTest, TheProbeSaysWhoItIs) {
   const Observer observer(daemon_.uri());
   const ProbeInfo info = observer.probe().info();
   EXPECT_EQ(info.name, "lightwell");
-  EXPECT_EQ(info.id, identity_of("lightwell"));
+  EXPECT_EQ(info.id, fnv1a_32("lightwell"));
   EXPECT_THAT(info.camera, ::testing::StartsWith("sim:"));
   ASSERT_TRUE(observer.gets(1));
   EXPECT_EQ(observer.probe().latest().descriptor().calibration_id, info.calibration_id);
@@ -101,7 +101,7 @@ TEST_F(LightTest, TheEstimatorCanBeChangedWhileItRuns) {
   config.band = 1;
   config.max_lights = 0;
   ASSERT_TRUE(observer.probe().set_estimator(config).ok());
-  EXPECT_TRUE(comes_true("descriptors of band 1 without lights come", [&] {
+  EXPECT_TRUE(becomes_true("descriptors of band 1 without lights come", [&] {
     const Lighting light = observer.probe().latest();
     return light.validity() == Validity::valid && light.descriptor().radiance.band <= 1 && light.lights().empty();
   }));
@@ -172,7 +172,7 @@ TEST_F(LightTest, ALuxReadingMakesUnitsAbsolute) {
   const Result<double> factor = observer.probe().report_lux(1000, {0, 1, 0});
   ASSERT_TRUE(factor.ok()) << factor.status().message();
   ASSERT_TRUE(
-      comes_true("absolute descriptors come", [&] { return observer.probe().latest().units() == Units::absolute; }));
+      becomes_true("absolute descriptors come", [&] { return observer.probe().latest().units() == Units::absolute; }));
   EXPECT_NEAR(observer.probe().latest().irradiance({0, 1, 0}).value.luminance(), 1000, 5);
 }
 

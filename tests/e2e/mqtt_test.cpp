@@ -31,21 +31,21 @@ class MqttTest : public ::testing::Test {
   }
   static ::testing::AssertionResult is_at_the_broker(const Broker& broker) {
     const MqttClient client(broker.port(), {kTopics.descriptor});
-    return comes_true("descriptors come to the broker", [&] { return client.count(kTopics.descriptor) > 2; });
+    return becomes_true("descriptors come to the broker", [&] { return client.count(kTopics.descriptor) > 2; });
   }
   static ::testing::AssertionResult state_becomes(const Observer& observer, LinkState state) {
-    return comes_true("the link is " + std::string(to_string(state)),
+    return becomes_true("the link is " + std::string(to_string(state)),
                       [&] { return observer.probe().stats().state == state; });
   }
   /// As an application has it: what is older is stale.
   static Result<Probe> application(const std::string& uri) {
     ProbeOptions options;
     options.max_age = {1'000'000'000};
-    options.connect_timeout = {kPatience.count() * 1'000'000};
+    options.connect_timeout = {kTestTimeout.count() * 1'000'000};
     return Probe::connect(uri, options);
   }
   static ::testing::AssertionResult grows_stale(const Probe& probe) {
-    return comes_true("the light is stale", [&] { return probe.latest().validity() == Validity::stale; });
+    return becomes_true("the light is stale", [&] { return probe.latest().validity() == Validity::stale; });
   }
 
   TempDir folder_;
@@ -88,7 +88,7 @@ TEST_F(MqttTest, AKilledProbeIsGoneByItsLastWillAndItsLightGrowsStale) {
   const Observer observer(uri);
   const Result<Probe> headset = application(uri);
   ASSERT_TRUE(headset.ok()) << headset.status().message();
-  ASSERT_TRUE(comes_true("it is lit", [&] { return headset->latest().validity() == Validity::valid; }));
+  ASSERT_TRUE(becomes_true("it is lit", [&] { return headset->latest().validity() == Validity::valid; }));
   daemon.process().signal(SIGKILL);
   EXPECT_EQ(daemon.process().wait().signal, SIGKILL);
   EXPECT_TRUE(state_becomes(observer, LinkState::gone));
@@ -104,7 +104,7 @@ TEST_F(MqttTest, AKilledProbeIsGoneByItsLastWillAndItsLightGrowsStale) {
   (void)next.uri();
   EXPECT_TRUE(state_becomes(observer, LinkState::connected));
   EXPECT_TRUE(observer.gets(5));
-  EXPECT_TRUE(comes_true("the light is fresh", [&] { return headset->latest().validity() == Validity::valid; }));
+  EXPECT_TRUE(becomes_true("the light is fresh", [&] { return headset->latest().validity() == Validity::valid; }));
 }
 
 TEST_F(MqttTest, AStoppedProbeSaysGoodbye) {
@@ -135,7 +135,7 @@ TEST_F(MqttTest, ProbeAndClientComeBackWhenTheBrokerDoes) {
   EXPECT_TRUE(state_becomes(observer, LinkState::connected));
   EXPECT_TRUE(observer.gets(5));
   EXPECT_EQ(observer.probe().stats().reconnects, 1U);
-  EXPECT_TRUE(comes_true("the log tells both", [&] {
+  EXPECT_TRUE(becomes_true("the log tells both", [&] {
     const std::string said = daemon.process().err();
     return occurrences(said, uri + ": connected") >= 1 && occurrences(said, "it is tried again") >= 1;
   })) << daemon.process().err();
@@ -148,7 +148,7 @@ TEST_F(MqttTest, StartsWithoutABrokerSaysSoAndFindsIt) {
   Daemon daemon(at(uri));
   const Observer direct(daemon.uri());
   EXPECT_TRUE(direct.gets(3));
-  EXPECT_TRUE(comes_true("the log says why", [&] {
+  EXPECT_TRUE(becomes_true("the log says why", [&] {
     return occurrences(daemon.process().err(), uri + ": Connection refused; it is tried again") == 1;
   })) << daemon.process().err();
   EXPECT_THAT(daemon.process().out(), HasSubstr("listening on " + uri));
@@ -164,7 +164,7 @@ TEST_F(MqttTest, AStalledHeadsetCostsTheOthersNothing) {
   const Observer direct(daemon.uri());
   ASSERT_TRUE(is_at_the_broker(broker));
   Child stalled(tool_command({"watch", uri}));
-  ASSERT_TRUE(comes_true("it watches", [&] { return !stalled.out().empty(); })) << stalled.err();
+  ASSERT_TRUE(becomes_true("it watches", [&] { return !stalled.out().empty(); })) << stalled.err();
   stalled.signal(SIGSTOP);
   const Observer observer(uri);
   const std::uint64_t coalesced = direct.counters().descriptors_coalesced;
@@ -196,13 +196,13 @@ TEST_F(MqttTest, HostilePublishersAreCountedAndSurvived) {
     EXPECT_GE(sequence, newest) << "an old answer became the newest";
     newest = sequence;
   }
-  EXPECT_TRUE(comes_true("replays are counted", [&] { return observer.probe().stats().untimely == 30; }))
+  EXPECT_TRUE(becomes_true("replays are counted", [&] { return observer.probe().stats().untimely == 30; }))
       << observer.probe().stats().untimely;
   EXPECT_EQ(observer.probe().stats().oversized, 30U);
   EXPECT_EQ(observer.probe().stats().undecodable, 60U);
   EXPECT_TRUE(observer.gets(5));
   EXPECT_EQ(observer.probe().stats().state, LinkState::connected);
-  EXPECT_TRUE(comes_true("the probe tells what it refused", [&] {
+  EXPECT_TRUE(becomes_true("the probe tells what it refused", [&] {
     return occurrences(daemon.process().err(), "messages from outside have been refused") == 1;
   })) << daemon.process().err();
   EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
@@ -226,12 +226,12 @@ TEST_F(MqttTest, FromAFileWithTlsPasswordsAndRightsAsTheReadmeHasThem) {
   Daemon daemon({.camera = "sim:" + folder_.path("room.exr"), .more = {"--config", file}});
   (void)daemon.uri();
   ProbeOptions options;
-  options.connect_timeout = {kPatience.count() * 1'000'000};
+  options.connect_timeout = {kTestTimeout.count() * 1'000'000};
   options.mqtt = {
       .ca_file = authority.certificate(), .certificate_file = {}, .key_file = {}, .user = "ann", .password = "guest"};
   const Result<Probe> headset = Probe::connect(uri, options);
   ASSERT_TRUE(headset.ok()) << headset.status().message() << daemon.process().err();
-  EXPECT_TRUE(comes_true("it is lit", [&] { return headset->stats().received > 5; }));
+  EXPECT_TRUE(becomes_true("it is lit", [&] { return headset->stats().received > 5; }));
   const std::vector<std::string> watch = tool_command({"watch", uri, "--seconds", "1", "--json"});
   Child stranger(watch, {.environment = {"LIGHTWELL_MQTT_CA=" + authority.certificate()}});
   EXPECT_EQ(stranger.wait(), (Ending{3, 0})) << "nobody comes in without a password";

@@ -84,7 +84,7 @@ TEST_F(RecordingTest, AFullDiskEndsTheRecordingAndNotTheProbe) {
   options.child.largest_file_bytes = 1'000'000;  // About eight frames.
   Daemon daemon(options);
   const Observer observer(daemon.uri());
-  ASSERT_TRUE(comes_true("the fault is counted", [&] { return observer.counters().recording_faults > 0; }));
+  ASSERT_TRUE(becomes_true("the fault is counted", [&] { return observer.counters().recording_faults > 0; }));
   ASSERT_TRUE(observer.gets(40)) << "the probe goes on";
   EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
   const std::string said = daemon.process().err();
@@ -104,7 +104,7 @@ TEST_F(RecordingTest, TheToolKeepsDescriptorsByteForByte) {
   Daemon daemon({.camera = camera("?turn=30deg/s")});
   const Observer observer(daemon.uri());
   Child tool(tool_command({"record", daemon.uri(), file}));
-  ASSERT_TRUE(comes_true("the tool is a client", [&] { return observer.counters().clients == 2; }));
+  ASSERT_TRUE(becomes_true("the tool is a client", [&] { return observer.counters().clients == 2; }));
   ASSERT_TRUE(observer.gets(30));
   tool.signal(SIGTERM);
   ASSERT_EQ(tool.wait(), (Ending{0, 0})) << tool.err();

@@ -26,7 +26,7 @@ class ResolverTest : public ::testing::Test {
                                      "s.bind(('127.0.0.1', 53))\n"
                                      "print('bound', flush=True)\n"
                                      "time.sleep(600)\n"}));
-    EXPECT_TRUE(comes_true("the name server listens", [&] { return silent_->out() == "bound\n"; })) << silent_->err();
+    EXPECT_TRUE(becomes_true("the name server listens", [&] { return silent_->out() == "bound\n"; })) << silent_->err();
   }
 
   TempDir folder_;
@@ -38,7 +38,7 @@ class ResolverTest : public ::testing::Test {
 TEST_F(ResolverTest, AClientGivesUpInItsOwnTime) {
   const std::int64_t begin = monotonic_now_ns();
   Child watch(machine_.inside(tool_command({"watch", uri_, "--seconds", "1"})));
-  EXPECT_EQ(watch.wait(2 * kPatience), (Ending{3, 0})) << watch.err();
+  EXPECT_EQ(watch.wait(2 * kTestTimeout), (Ending{3, 0})) << watch.err();
   // Two seconds of connect_timeout, one to end; the rest is a busy machine.
   EXPECT_LT(monotonic_now_ns() - begin, 8'000'000'000);
 }
@@ -46,12 +46,12 @@ TEST_F(ResolverTest, AClientGivesUpInItsOwnTime) {
 TEST_F(ResolverTest, TheDaemonStopsInItsOwnTime) {
   DaemonOptions options{.camera = "sim:" + folder_.path("room.exr"), .more = {"--mqtt", uri_}};
   Child daemon(machine_.inside(daemon_command(options)));
-  ASSERT_TRUE(comes_true("it looks for its broker", [&] {
+  ASSERT_TRUE(becomes_true("it looks for its broker", [&] {
     return occurrences(daemon.err(), "not connected yet") == 1;
   })) << daemon.err();
   const std::int64_t begin = monotonic_now_ns();
   daemon.signal(SIGTERM);
-  EXPECT_EQ(daemon.wait(2 * kPatience), (Ending{0, 0})) << daemon.err();
+  EXPECT_EQ(daemon.wait(2 * kTestTimeout), (Ending{0, 0})) << daemon.err();
   EXPECT_LT(monotonic_now_ns() - begin, 6'000'000'000);
 }
 

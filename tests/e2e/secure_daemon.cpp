@@ -31,7 +31,7 @@ std::string file_text(const std::string& path) {
 
 PairingMode::PairingMode(std::vector<std::string> options, int link_port)
     : child_(pairing_command(std::move(options), link_port)) {
-  EXPECT_TRUE(comes_true("lightwelld --pair shows its code", [&] {
+  EXPECT_TRUE(becomes_true("lightwelld --pair shows its code", [&] {
     return child_.ended() || child_.out().find('\n') != std::string::npos;
   })) << child_.err();
   uri_ = between(child_.out(), "pairing on ", " for ");

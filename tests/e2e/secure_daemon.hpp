@@ -65,11 +65,11 @@ class SecureDaemonTest : public ::testing::Test {
   [[nodiscard]] static Result<Probe> connect(const std::string& uri, const std::string& folder) {
     ProbeCredentials c;
     c.folder = folder;
-    return connect(uri, c, Duration{kPatience.count() * 1'000'000});
+    return connect(uri, c, Duration{kTestTimeout.count() * 1'000'000});
   }
   [[nodiscard]] static ::testing::AssertionResult gets_light(const Probe& probe) {
     const std::uint64_t before = probe.stats().received;
-    return comes_true("a descriptor comes", [&] { return probe.stats().received > before; });
+    return becomes_true("a descriptor comes", [&] { return probe.stats().received > before; });
   }
 
   TempDir folder_;

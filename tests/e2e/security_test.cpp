@@ -93,7 +93,7 @@ TEST_F(SecurityTest, AMistakeInTheListOfClientsIsInTheLogAndInInfo) {
   // Let in once: the daemon has read the list with this client.
   ASSERT_TRUE(connect(daemon.uri(), pair(daemon.uri())).ok());
   std::ofstream(keys() + "/clients", std::ios::app) << "a slip of the hand\n";
-  EXPECT_TRUE(comes_true("the log names the line", [&] {
+  EXPECT_TRUE(becomes_true("the log names the line", [&] {
     return daemon.process().err().find("clients:4: the first word is no SHA-256") != std::string::npos;
   })) << daemon.process().err();
   Child info(tool({"info", daemon.uri(), "--json"}), environment());
@@ -183,7 +183,7 @@ TEST_F(SecurityTest, AProbeWithAnotherPinEndsInTheHandshake) {
   ProbeCredentials other = pinned();
   const KeyPair key = *KeyPair::make();
   other.pinned = *issue_certificate(
-      {CertificateUse::authority, "x", key.public_pem, kLongAgo_s, std::time(nullptr) + 3600}, {{}, key.private_pem});
+      {CertificateUse::authority, "x", key.public_pem, kDefaultNotBefore_s, std::time(nullptr) + 3600}, {{}, key.private_pem});
   EXPECT_THAT(
       handshake_refusal(daemon.uri(), other),
       AllOf(HasSubstr("TLS handshake failed"), HasSubstr("trusted authority"), HasSubstr("pair with it again")));
@@ -193,26 +193,26 @@ TEST_F(SecurityTest, AnExpiredCertificateEndsInTheHandshake) {
   const KeyPair ca = *KeyPair::make(), key = *KeyPair::make();
   const std::int64_t now = std::time(nullptr);
   const Issuer issuer{
-      *issue_certificate({CertificateUse::authority, "x", ca.public_pem, kLongAgo_s, now + 3600}, {{}, ca.private_pem}),
+      *issue_certificate({CertificateUse::authority, "x", ca.public_pem, kDefaultNotBefore_s, now + 3600}, {{}, ca.private_pem}),
       ca.private_pem};
   ProbeCredentials trusting;
   trusting.pinned = issuer.certificate;
   trusting.token = std::string(kTokenLength, 'x');
   {
     Daemon daemon(
-        showing(*issue_certificate({CertificateUse::probe, "x", key.public_pem, kLongAgo_s, now - 60}, issuer),
+        showing(*issue_certificate({CertificateUse::probe, "x", key.public_pem, kDefaultNotBefore_s, now - 60}, issuer),
                 key.private_pem));
     EXPECT_THAT(handshake_refusal(daemon.uri(), trusting),
                 AllOf(HasSubstr("TLS handshake failed"), HasSubstr("expired")));
   }
   {
     Daemon daemon(
-        showing(*issue_certificate({CertificateUse::client, "x", key.public_pem, kLongAgo_s, now + 60}, issuer),
+        showing(*issue_certificate({CertificateUse::client, "x", key.public_pem, kDefaultNotBefore_s, now + 60}, issuer),
                 key.private_pem));
     EXPECT_THAT(handshake_refusal(daemon.uri(), trusting), HasSubstr("TLS handshake failed"))
         << "a client's certificate, of the same authority, does not make a probe";
   }
-  Daemon daemon(showing(*issue_certificate({CertificateUse::probe, "x", key.public_pem, kLongAgo_s, now + 60}, issuer),
+  Daemon daemon(showing(*issue_certificate({CertificateUse::probe, "x", key.public_pem, kDefaultNotBefore_s, now + 60}, issuer),
                         key.private_pem));
   EXPECT_THAT(handshake_refusal(daemon.uri(), trusting), HasSubstr("lightwell pair"))
       << "the same with time left comes as far as the token";
@@ -268,17 +268,17 @@ TEST_F(SecurityTest, AfterARestartTheClientComesBackByItself) {
   ASSERT_TRUE(gets_light(*probe));
   daemon->process().signal(SIGKILL);
   (void)daemon->process().wait();
-  ASSERT_TRUE(comes_true("the link is given up", [&] { return probe->stats().state != LinkState::connected; }));
+  ASSERT_TRUE(becomes_true("the link is given up", [&] { return probe->stats().state != LinkState::connected; }));
   daemon = std::make_unique<Daemon>(options("tls", listen));
   ASSERT_EQ(daemon->uri(), uri);
-  ASSERT_TRUE(comes_true("it is back", [&] { return probe->stats().reconnects == 1; }));
+  ASSERT_TRUE(becomes_true("it is back", [&] { return probe->stats().reconnects == 1; }));
   EXPECT_TRUE(gets_light(*probe));
   // In the place of the probe stands another, with keys of its own: the client does not speak to it.
   daemon.reset();
   std::filesystem::remove_all(keys());
   daemon = std::make_unique<Daemon>(options("tls", listen));
   ASSERT_EQ(daemon->uri(), uri);
-  ASSERT_TRUE(comes_true("the handshake fails",
+  ASSERT_TRUE(becomes_true("the handshake fails",
                          [&] { return probe->stats().last_error.find("TLS handshake failed") != std::string::npos; }));
   EXPECT_EQ(probe->stats().reconnects, 1U);
 }

@@ -42,7 +42,7 @@ TEST_F(StopTest, ASignalWhileItIsStillRenderingEndsIt) {
   Daemon daemon({.camera = camera() + "?turn=1deg/s&ring=2000&sensor=rgb8"});
   Child& child = daemon.process();
   ASSERT_TRUE(
-      comes_true("it says how far the rendering is", [&] { return occurrences(child.err(), "rendering ahead") > 0; }));
+      becomes_true("it says how far the rendering is", [&] { return occurrences(child.err(), "rendering ahead") > 0; }));
   child.signal(SIGTERM);
   EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
   EXPECT_EQ(child.out(), "") << "it never came to listen";
@@ -52,11 +52,11 @@ TEST_F(StopTest, NeitherAClientNorAStalledOneHoldsItUp) {
   Daemon daemon({.camera = camera(), .frame_rate = 100});
   const Observer observer(daemon.uri());
   Child stalled(tool_command({"watch", daemon.uri()}));
-  ASSERT_TRUE(comes_true("both are clients", [&] { return observer.counters().clients >= 2; }));
+  ASSERT_TRUE(becomes_true("both are clients", [&] { return observer.counters().clients >= 2; }));
   stalled.signal(SIGSTOP);
-  ASSERT_TRUE(comes_true("the stalled one is behind", [&] { return observer.counters().descriptors_coalesced > 0; }));
+  ASSERT_TRUE(becomes_true("the stalled one is behind", [&] { return observer.counters().descriptors_coalesced > 0; }));
   EXPECT_EQ(daemon.stop(), (Ending{0, 0})) << daemon.process().err();
-  EXPECT_TRUE(comes_true("the client notices that the probe has gone",
+  EXPECT_TRUE(becomes_true("the client notices that the probe has gone",
                          [&] { return observer.probe().stats().state != LinkState::connected; }));
   stalled.signal(SIGCONT);
 }
@@ -108,11 +108,11 @@ TEST_F(StopTest, TheServiceManagerHearsReadyStatusWatchdogAndStopping) {
   ServiceManager manager(path);
   Daemon daemon({.camera = camera(), .child = {.environment = {"NOTIFY_SOCKET=" + path}}});
   const std::string uri = daemon.uri();
-  ASSERT_TRUE(comes_true("READY=1 is said", [&] { return manager.heard().find("READY=1") != std::string::npos; }));
+  ASSERT_TRUE(becomes_true("READY=1 is said", [&] { return manager.heard().find("READY=1") != std::string::npos; }));
   EXPECT_TRUE(Probe::connect(uri).ok()) << "ready means that clients may come";
-  EXPECT_TRUE(comes_true("a status with its counters is said",
+  EXPECT_TRUE(becomes_true("a status with its counters is said",
                          [&] { return manager.heard().find(" estimates") != std::string::npos; }));
-  EXPECT_TRUE(comes_true("the watchdog is told, and told again",
+  EXPECT_TRUE(becomes_true("the watchdog is told, and told again",
                          [&] { return occurrences(manager.heard(), "WATCHDOG=1") >= 2; }));
   EXPECT_EQ(occurrences(manager.heard(), "STOPPING=1"), 0U);
   EXPECT_EQ(daemon.stop(), (Ending{0, 0}));

@@ -12,7 +12,7 @@
 
 #include <lightwell/codec.hpp>
 
-#include "core/intake.hpp"
+#include "core/descriptor_receiver.hpp"
 #include "core/usb_source.hpp"
 #include "e2e/usb_cable.hpp"
 #include "link/usb_gadget/usb_gadget_link.hpp"
@@ -61,8 +61,8 @@ class Usb {
       newest_arrived = a.descriptor.sequence;
       if (first_arrived == 0) first_arrived = a.descriptor.sequence;
     };
-    intake = std::make_unique<core::Intake>(with_observer);
-    source = core::make_usb_source(cable.host_end(), {}, o, *intake);
+    receiver = std::make_unique<core::DescriptorReceiver>(with_observer);
+    source = core::make_usb_source(cable.host_end(), {}, o, *receiver);
   }
   ~Usb() {
     stop_publishing();
@@ -90,17 +90,17 @@ class Usb {
     if (publisher_.joinable()) publisher_.join();
   }
   [[nodiscard]] ::testing::AssertionResult news_come(const std::string& after) {
-    const std::uint64_t before = intake->stats().received;
-    return comes_true("descriptors come again after " + after, [&] { return intake->stats().received > before; });
+    const std::uint64_t before = receiver->stats().received;
+    return becomes_true("descriptors come again after " + after, [&] { return receiver->stats().received > before; });
   }
   /// Until all that was published is accounted for.
   [[nodiscard]] ::testing::AssertionResult settles() {
     stop_publishing();
-    return comes_true("the last descriptor has arrived", [&] {
+    return becomes_true("the last descriptor has arrived", [&] {
       publish();
       std::this_thread::sleep_for(milliseconds(2));
       const std::uint64_t last = published;
-      return comes_true(
+      return becomes_true(
           "", [&] { return newest_arrived == last; }, milliseconds(50));
     });
   }
@@ -108,7 +108,7 @@ class Usb {
   UsbCable cable;
   FakeCommands commands;
   std::unique_ptr<UsbGadgetLink> link;
-  std::unique_ptr<core::Intake> intake;
+  std::unique_ptr<core::DescriptorReceiver> receiver;
   std::unique_ptr<core::Source> source;
   std::atomic<std::uint64_t> published{0}, first_arrived{0}, newest_arrived{0}, out_of_order{0};
 
@@ -119,7 +119,7 @@ class Usb {
 
 /// Every descriptor that was published is in one of these, and every frame.
 void expect_all_accounted_for(Usb& usb) {
-  const LinkStats host = usb.intake->stats();
+  const LinkStats host = usb.receiver->stats();
   const UsbGadgetCounters probe = usb.link->usb_counters();
   const Carried to_host = usb.cable.to_host();
   EXPECT_EQ(usb.out_of_order, 0U);
@@ -128,15 +128,15 @@ void expect_all_accounted_for(Usb& usb) {
   EXPECT_EQ(host.frames_lost, to_host.dropped + to_host.damaged) << "the host knows how many frames it missed";
   EXPECT_EQ(probe.frames_failed, to_host.dropped) << "and the probe, which of them it could not send";
   EXPECT_EQ(host.received, probe.descriptors_begun - to_host.descriptors_dropped - to_host.descriptors_damaged);
-  EXPECT_EQ(usb.published, probe.descriptors_begun + usb.link->counters().coalesced + probe.unheard);
+  EXPECT_EQ(usb.published, probe.descriptors_begun + usb.link->counters().coalesced + probe.descriptors_without_listener);
   EXPECT_EQ(usb.newest_arrived, usb.published);
   EXPECT_EQ(host.gaps, usb.published - usb.first_arrived + 1 - host.received)
       << "holes in the sequence are exactly what did not come";
   EXPECT_EQ(host.undecodable, 0U) << "nothing damaged was believed";
   EXPECT_EQ(host.oversized, 0U);
-  EXPECT_EQ(probe.not_requests, 0U);
+  EXPECT_EQ(probe.invalid_requests, 0U);
   // Of a request that did not come the next one tells, a second later.
-  EXPECT_TRUE(comes_true("the probe knows how many requests it missed", [&] {
+  EXPECT_TRUE(becomes_true("the probe knows how many requests it missed", [&] {
     const Carried to_probe = usb.cable.to_probe();
     return usb.link->usb_counters().from_host.lost == to_probe.dropped + to_probe.damaged;
   }));
@@ -156,18 +156,18 @@ Resources resources() {
 TEST(Usb, DescriptorsAnswersAndCommandsGoThroughTheCable) {
   Usb usb(1);
   usb.cable.plug_in();
-  ASSERT_TRUE(usb.intake->wait_until_described(Duration::from_seconds(20)).ok());
-  EXPECT_EQ(usb.intake->info().name, "attic");
-  EXPECT_EQ(usb.intake->info().id, 11U);
-  EXPECT_EQ(usb.intake->info().counters, usb.commands.status().counters);
-  EXPECT_EQ(usb.intake->info().T_world_probe, usb.commands.status().T_world_probe);
+  ASSERT_TRUE(usb.receiver->wait_until_described(Duration::from_seconds(20)).ok());
+  EXPECT_EQ(usb.receiver->info().name, "attic");
+  EXPECT_EQ(usb.receiver->info().id, 11U);
+  EXPECT_EQ(usb.receiver->info().counters, usb.commands.status().counters);
+  EXPECT_EQ(usb.receiver->info().T_world_probe, usb.commands.status().T_world_probe);
   // Both ends have this machine's clock: what the host believes of the probe's must be true of it.
-  EXPECT_LE(std::abs(usb.intake->info().clock_offset.ns), usb.intake->info().clock_uncertainty.ns);
+  EXPECT_LE(std::abs(usb.receiver->info().clock_offset.ns), usb.receiver->info().clock_uncertainty.ns);
   EXPECT_EQ(usb.link->counters().clients, 1U);
   ASSERT_TRUE(usb.settles());
-  const Lighting light = usb.intake->latest({monotonic_now_ns()});
+  const Lighting light = usb.receiver->latest({monotonic_now_ns()});
   EXPECT_EQ(light.descriptor().sequence, usb.published);
-  EXPECT_EQ(usb.intake->stats().state, LinkState::connected);
+  EXPECT_EQ(usb.receiver->stats().state, LinkState::connected);
 
   EstimatorConfig config;
   config.band = 3;
@@ -198,14 +198,14 @@ TEST(Usb, WithoutAProbeCommandsFailAndTheLastLightStays) {
   usb.cable.plug_in();
   ASSERT_TRUE(usb.settles());
   usb.cable.pull_out();
-  ASSERT_TRUE(comes_true("the host waits", [&] { return usb.intake->stats().state != LinkState::connected; }));
+  ASSERT_TRUE(becomes_true("the host waits", [&] { return usb.receiver->stats().state != LinkState::connected; }));
   EXPECT_EQ(usb.source->change_estimator({}).code(), StatusCode::unavailable);
-  EXPECT_EQ(usb.intake->latest({monotonic_now_ns()}).descriptor().sequence, usb.newest_arrived);
-  EXPECT_NE(usb.intake->stats().last_error, "");
-  ASSERT_TRUE(comes_true("the probe knows that nobody listens", [&] { return usb.link->counters().clients == 0; }));
-  const std::uint64_t before = usb.link->usb_counters().unheard;
+  EXPECT_EQ(usb.receiver->latest({monotonic_now_ns()}).descriptor().sequence, usb.newest_arrived);
+  EXPECT_NE(usb.receiver->stats().last_error, "");
+  ASSERT_TRUE(becomes_true("the probe knows that nobody listens", [&] { return usb.link->counters().clients == 0; }));
+  const std::uint64_t before = usb.link->usb_counters().descriptors_without_listener;
   usb.publish();
-  EXPECT_EQ(usb.link->usb_counters().unheard, before + 1);
+  EXPECT_EQ(usb.link->usb_counters().descriptors_without_listener, before + 1);
 }
 
 TEST(Usb, ASleepingBusHoldsTheNewestAlone) {
@@ -215,7 +215,7 @@ TEST(Usb, ASleepingBusHoldsTheNewestAlone) {
   usb.cable.suspend();
   for (int i = 0; i < 100; ++i) usb.publish();
   usb.cable.resume();
-  ASSERT_TRUE(comes_true("the newest has arrived", [&] { return usb.newest_arrived == usb.published; }));
+  ASSERT_TRUE(becomes_true("the newest has arrived", [&] { return usb.newest_arrived == usb.published; }));
   EXPECT_GE(usb.link->counters().coalesced, 90U);
   expect_all_accounted_for(usb);
 }
@@ -271,7 +271,7 @@ TEST(Usb, TenThousandPullsResetsAndStallsLoseNothingButWhatWasInFlight) {
 
   const Carried to_host = usb.cable.to_host();
   EXPECT_LE(to_host.dropped, breaks + usb.cable.opened()) << "one frame is in flight, and a stream broke so often";
-  EXPECT_GE(usb.intake->stats().reconnects, breaks / 3);
+  EXPECT_GE(usb.receiver->stats().reconnects, breaks / 3);
   EXPECT_EQ(late.threads, early.threads);
   EXPECT_EQ(late.handles, early.handles);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -282,7 +282,7 @@ TEST(Usb, TenThousandPullsResetsAndStallsLoseNothingButWhatWasInFlight) {
       "%llu descriptors arrived; resident %ld kB, then %ld kB\n",
       kEvents, static_cast<unsigned long long>(breaks), static_cast<unsigned long long>(usb.cable.opened()),
       static_cast<unsigned long long>(to_host.begun), static_cast<unsigned long long>(to_host.dropped),
-      static_cast<unsigned long long>(usb.intake->stats().received), early.kilobytes, late.kilobytes);
+      static_cast<unsigned long long>(usb.receiver->stats().received), early.kilobytes, late.kilobytes);
 }
 
 TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
@@ -291,7 +291,7 @@ TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
   ASSERT_TRUE(usb.settles());
   usb.cable.damage(200);
   usb.start_publishing(microseconds(200));
-  ASSERT_TRUE(comes_true(
+  ASSERT_TRUE(becomes_true(
       "five thousand frames were sent", [&] { return usb.cable.to_host().begun > 5000; }, milliseconds(120'000)));
   usb.cable.damage(0);
   ASSERT_TRUE(usb.news_come("the damage"));
@@ -300,9 +300,9 @@ TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
   const Carried to_host = usb.cable.to_host();
   EXPECT_GT(to_host.damaged, 800U);
   EXPECT_EQ(to_host.dropped, 0U);
-  EXPECT_GE(usb.intake->stats().frames_refused, to_host.damaged / 3)
+  EXPECT_GE(usb.receiver->stats().frames_refused, to_host.damaged / 3)
       << "damage that began with the first byte is no frame";
-  EXPECT_EQ(usb.intake->stats().reconnects, 0U) << "damage is no reason to leave";
+  EXPECT_EQ(usb.receiver->stats().reconnects, 0U) << "damage is no reason to leave";
 }
 
 TEST(Usb, ADaemonThatRestartsIsANewSessionAndNoLoss) {
@@ -313,8 +313,8 @@ TEST(Usb, ADaemonThatRestartsIsANewSessionAndNoLoss) {
   usb.link = make_usb_gadget_link(usb.cable.probe_end(), 99, usb.commands);
   ASSERT_TRUE(usb.link->start().ok());
   ASSERT_TRUE(usb.settles());
-  EXPECT_EQ(usb.intake->stats().frames_lost, 0U);
-  EXPECT_EQ(usb.intake->stats().reconnects, 1U);
+  EXPECT_EQ(usb.receiver->stats().frames_lost, 0U);
+  EXPECT_EQ(usb.receiver->stats().reconnects, 1U);
 }
 
 TEST(Usb, BothEndsEndWithinASecondInEveryState) {

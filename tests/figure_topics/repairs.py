@@ -54,7 +54,7 @@ PROMISES = [
      "grpc_link_test", "GrpcServiceTest.SetConfigRefusesWhatTheEstimatorLacks*", "real gRPC"),
     ("4 a budget that nothing can keep is refused with a marker",
      "e2e_life_test", "BadInputTest.ABudgetThatTheMarker*", "real daemon"),
-    ("4 the marker's coverage is a share of directions", "marker_light_test", "SphereShares*", "closed forms"),
+    ("4 the marker's coverage is a share of directions", "marker_light_test", "SphereCoverage*", "closed forms"),
     ("4 tracks are followed in time, at any frame rate", "estimate_common_test", "LightTracker*", "values alone"),
     ("5 rows that are known to fall short are named, and excuse no other", "figures_test", None, "values alone"),
     ("5 without a frame rate a camera pushes what the estimator takes",

@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   test::FakeCommands commands;
   std::vector<std::byte> frame, response;
   std::uint64_t pushed = 0, whole = 0, intact = 0, seen = 0;
-  const FrameReader::Take take = [&](const LinkFrame& f) {
+  const FrameReader::FrameCallback take = [&](const LinkFrame& f) {
     whole += kFrameHeaderBytes + f.payload.size();
     if (f.session == 0x5EED && f.payload.size() == 3) ++seen;
     if (f.kind == FrameKind::request && answer_link_request(f.payload, commands, response).ok())

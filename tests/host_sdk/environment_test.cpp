@@ -8,8 +8,8 @@
 #include <lightwell/pixel.hpp>
 #include <lightwell/query.hpp>
 
-#include "core/environment_keeper.hpp"
-#include "core/intake.hpp"
+#include "core/environment_assembler.hpp"
+#include "core/descriptor_receiver.hpp"
 #include "host_sdk/scenes.hpp"
 
 namespace lightwell::core {
@@ -49,12 +49,12 @@ Descriptor with_map(std::optional<EnvironmentMap> map, std::uint64_t sequence, s
   return d;
 }
 
-float rough_of(const std::shared_ptr<const KeptEnvironment>& kept) {
+float rough_of(const std::shared_ptr<const EnvironmentSnapshot>& kept) {
   return kept ? environment_radiance(kept->map, {0, 1, 0}, 1).r : 0;
 }
 
-TEST(EnvironmentKeeper, HoldsTheNewestThroughMessagesWithoutOne) {
-  EnvironmentKeeper keeper;
+TEST(EnvironmentAssembler, HoldsTheNewestThroughMessagesWithoutOne) {
+  EnvironmentAssembler keeper;
   const Descriptor none = with_map({}, 1, 0);
   EXPECT_TRUE(keeper.take(none));
   EXPECT_EQ(keeper.map_for(none), nullptr);
@@ -71,8 +71,8 @@ TEST(EnvironmentKeeper, HoldsTheNewestThroughMessagesWithoutOne) {
   EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 7, 333))), 5);
 }
 
-TEST(EnvironmentKeeper, WithoutTheKeyItWaitsForTheNextWholeOneAndSaysSo) {
-  EnvironmentKeeper keeper;
+TEST(EnvironmentAssembler, WithoutTheKeyItWaitsForTheNextWholeOneAndSaysSo) {
+  EnvironmentAssembler keeper;
   const EnvironmentMap other = whole_map(7);
   EXPECT_FALSE(keeper.take(with_map(changes(other, 6), 1, 0)));
   EXPECT_EQ(keeper.map_for(with_map({}, 1, 0)), nullptr);
@@ -83,8 +83,8 @@ TEST(EnvironmentKeeper, WithoutTheKeyItWaitsForTheNextWholeOneAndSaysSo) {
   EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 4, 300))), 7);
 }
 
-TEST(EnvironmentKeeper, IsNoMapOfAnotherLightOrOfLongAgo) {
-  EnvironmentKeeper keeper;
+TEST(EnvironmentAssembler, IsNoMapOfAnotherLightOrOfLongAgo) {
+  EnvironmentAssembler keeper;
   (void)keeper.take(with_map(whole_map(), 1, 10'000));
   EXPECT_NE(keeper.map_for(with_map({}, 2, 13'000)), nullptr);
   EXPECT_EQ(keeper.map_for(with_map({}, 2, 13'001)), nullptr) << "three intervals";
@@ -99,10 +99,10 @@ TEST(EnvironmentKeeper, IsNoMapOfAnotherLightOrOfLongAgo) {
   EXPECT_EQ(other([](Descriptor& d) { d.calibration_id = 99; }), nullptr);
 }
 
-TEST(EnvironmentKeeper, LostInAnyPatternNeverShowsAWrongMap) {
+TEST(EnvironmentAssembler, LostInAnyPatternNeverShowsAWrongMap) {
   std::mt19937 random(11);
   for (int run = 0; run < 200; ++run) {
-    EnvironmentKeeper keeper;
+    EnvironmentAssembler keeper;
     EnvironmentMap key;
     std::vector<float> truth;
     const auto loss = random() % 10;
@@ -169,22 +169,22 @@ class EnvironmentIntake : public ::testing::Test {
   void take(const Descriptor& d) {
     const std::string bytes = test::encoded(d);
     ASSERT_FALSE(bytes.empty());
-    intake_.take(test::as_bytes(bytes), {0}, [](const CaptureTime& t) { return MappedTime{{t.mid_exposure.ns}, {}}; });
+    receiver_.take(test::as_bytes(bytes), {0}, [](const CaptureTime& t) { return MappedTime{{t.mid_exposure.ns}, {}}; });
   }
-  Intake intake_{ProbeOptions{}};
+  DescriptorReceiver receiver_{ProbeOptions{}};
 };
 
 TEST_F(EnvironmentIntake, CountsMapsAndThoseWithoutTheirKey) {
   take(with_map({}, 1, 0));
   take(with_map(changes(whole_map(), 6), 2, 30));
-  EXPECT_FALSE(intake_.latest({30 * kMs}).environment());
+  EXPECT_FALSE(receiver_.latest({30 * kMs}).environment());
   take(with_map(whole_map(), 3, 60));
   take(with_map(changes(whole_map(), 6), 4, 90));
   take(with_map({}, 5, 120));
-  EXPECT_EQ(intake_.stats().received, 5U);
-  EXPECT_EQ(intake_.stats().maps, 2U);
-  EXPECT_EQ(intake_.stats().maps_without_key, 1U);
-  const Lighting latest = intake_.latest({120 * kMs});
+  EXPECT_EQ(receiver_.stats().received, 5U);
+  EXPECT_EQ(receiver_.stats().maps, 2U);
+  EXPECT_EQ(receiver_.stats().maps_without_key, 1U);
+  const Lighting latest = receiver_.latest({120 * kMs});
   ASSERT_TRUE(latest.environment());
   EXPECT_EQ(latest.environment()->sequence, 4U);
   EXPECT_EQ(latest.environment()->older_by.ns, 30 * kMs);
@@ -197,7 +197,7 @@ TEST_F(EnvironmentIntake, TimeTravelSeesTheMapOfItsTime) {
   take(with_map(whole_map(), 2, 100));
   take(with_map({}, 3, 200));
   take(with_map(changes(whole_map(), 6), 4, 300));
-  const auto rough_at = [&](std::int64_t ms) { return intake_.at({ms * kMs}).radiance({0, 1, 0}, 1).value.r; };
+  const auto rough_at = [&](std::int64_t ms) { return receiver_.at({ms * kMs}).radiance({0, 1, 0}, 1).value.r; };
   // Harmonics, which the wire rounds to 13 bits.
   EXPECT_NEAR(rough_at(0), 9, 2e-3);
   EXPECT_NEAR(rough_at(40), 9, 2e-3);

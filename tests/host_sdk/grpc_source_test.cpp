@@ -22,7 +22,7 @@ using test::eventually;
 using test::FakeProbe;
 using test::numbered;
 
-constexpr Duration kPatience{30'000'000'000};
+constexpr Duration kTestTimeout{30'000'000'000};
 constexpr std::int64_t kSecond = 1'000'000'000;
 
 /// Quick to come back, slow to give up: the machine may be busy.
@@ -117,7 +117,7 @@ TEST(GrpcSource, AProbeThatKnowsWhereItHangsLightsItsRoom) {
   fake.set_script({encoded(numbered(1, monotonic_now_ns()))});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
-  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kPatience).ok());
+  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kTestTimeout).ok());
   ASSERT_TRUE(probe->info().T_world_probe);
   EXPECT_EQ(probe->info().T_world_probe->pose.translation, (Vec3d{0, 2.5, 0}));
   const Lighting own = probe->latest(), room = probe->latest_in_world();
@@ -135,7 +135,7 @@ TEST(GrpcSource, AProbeThatKnowsWhereItHangsLightsItsRoom) {
   placed.T_world_probe = UncertainPose{};
   const Result<Probe> there = Probe::connect(fake.uri(), placed);
   ASSERT_TRUE(there.ok()) << there.status().message();
-  ASSERT_TRUE(there->wait_for_next(std::nullopt, kPatience).ok());
+  ASSERT_TRUE(there->wait_for_next(std::nullopt, kTestTimeout).ok());
   EXPECT_NEAR(there->latest_in_world().lights()[0].direction.y, up.y, 1e-6);
 }
 
@@ -147,7 +147,7 @@ TEST(GrpcSource, MidExposureIsMappedToTheHostsClock) {
   fake.set_script({encoded(numbered(1, host_ns + offset))});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
-  const Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kPatience);
+  const Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kTestTimeout);
   ASSERT_TRUE(lighting.ok()) << lighting.status().message();
   // The first answers' uncertainty bounds the error of what was mapped with them; connecting took
   // less than the timeout, so half of that bounds it on any machine. Off by a clock, it is 500 s.
@@ -217,7 +217,7 @@ TEST(GrpcSource, ARestartedProbeIsFoundAgain) {
   EXPECT_EQ(probe->latest().descriptor().sequence, 900U) << "what was known stays";
   fake.set_script({encoded(numbered(1, 1))});
   fake.start();
-  const Result<Lighting> next = probe->wait_for_next(900, kPatience);
+  const Result<Lighting> next = probe->wait_for_next(900, kTestTimeout);
   ASSERT_TRUE(next.ok()) << next.status().message();
   EXPECT_EQ(next->descriptor().sequence, 1U);
   EXPECT_EQ(probe->stats().reconnects, 1U);

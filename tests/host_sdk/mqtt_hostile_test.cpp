@@ -51,7 +51,7 @@ TEST_F(MqttHostileTest, GarbageAndWhatIsCutOffIsNoDescriptor) {
     ++bad;
   }
   EXPECT_GT(bad, 50U);
-  EXPECT_TRUE(comes_true("all are counted", [&] { return probe_->stats().undecodable == bad; }))
+  EXPECT_TRUE(becomes_true("all are counted", [&] { return probe_->stats().undecodable == bad; }))
       << probe_->stats().undecodable;
   survived();
 }
@@ -59,10 +59,10 @@ TEST_F(MqttHostileTest, GarbageAndWhatIsCutOffIsNoDescriptor) {
 TEST_F(MqttHostileTest, WhatIsTooLongIsNotRead) {
   publish(std::string(kMaxDescriptorBytes + 1, 'x'));
   publish(std::string(200'000, 'x'));
-  EXPECT_TRUE(comes_true("both are counted", [&] { return probe_->stats().oversized == 2; }));
+  EXPECT_TRUE(becomes_true("both are counted", [&] { return probe_->stats().oversized == 2; }));
   // The broker was told how much we take: this one it keeps to itself.
   publish(std::string(3'000'000, 'x'));
-  EXPECT_TRUE(comes_true("others get it",
+  EXPECT_TRUE(becomes_true("others get it",
                          [&] { return mallory_.newest(attic_.topics.descriptor)->payload.size() == 3'000'000; }));
   survived();
   EXPECT_EQ(probe_->stats().oversized, 2U);
@@ -73,7 +73,7 @@ TEST_F(MqttHostileTest, AReplayNeverBecomesTheNewest) {
   publish(first_);                                                           // the same again
   publish(attic_.descriptor(7, 10'000 * kMs));                               // an old one
   publish(attic_.descriptor(9'999, 51 * kMs + monotonic_now_ns() / 1'000));  // old, with a sequence to come
-  EXPECT_TRUE(comes_true("all are counted", [&] { return probe_->stats().untimely == 3; })) << probe_->stats().untimely;
+  EXPECT_TRUE(becomes_true("all are counted", [&] { return probe_->stats().untimely == 3; })) << probe_->stats().untimely;
   EXPECT_THAT(probe_->stats().last_error, HasSubstr("not newer"));
   survived();
   EXPECT_EQ(probe_->stats().gaps, 0U);
@@ -86,7 +86,7 @@ TEST_F(MqttHostileTest, WhatIsDatedInTheFutureWouldStayFreshForEverAndIsRefused)
   beyond.time.mid_exposure.ns = std::numeric_limits<std::int64_t>::max();
   publish(encoded(beyond));
   EXPECT_TRUE(
-      comes_true("all are counted", [&] { return probe_->stats().untimely + probe_->stats().undecodable == 3; }));
+      becomes_true("all are counted", [&] { return probe_->stats().untimely + probe_->stats().undecodable == 3; }));
   EXPECT_GE(probe_->stats().untimely, 2U);
   survived();
 }
@@ -95,13 +95,13 @@ TEST_F(MqttHostileTest, AForgedStatusChangesNothingThatTheNextTrueOneDoesNotMend
   for (const std::string& bad :
        {std::string(), std::string("going"), std::string(5'000, 'x'), std::string("\x0a\xff", 2)})
     mallory_.publish(attic_.topics.status, bad);
-  EXPECT_TRUE(comes_true("all are counted", [&] { return probe_->stats().undecodable == 4; }))
+  EXPECT_TRUE(becomes_true("all are counted", [&] { return probe_->stats().undecodable == 4; }))
       << probe_->stats().undecodable;
   EXPECT_EQ(probe_->stats().state, LinkState::connected);
   mallory_.publish(attic_.topics.status, "gone");
-  EXPECT_TRUE(comes_true("it is believed", [&] { return probe_->stats().state == LinkState::gone; }));
+  EXPECT_TRUE(becomes_true("it is believed", [&] { return probe_->stats().state == LinkState::gone; }));
   attic_.say_alive();
-  EXPECT_TRUE(comes_true("and mended", [&] { return probe_->stats().state == LinkState::connected; }));
+  EXPECT_TRUE(becomes_true("and mended", [&] { return probe_->stats().state == LinkState::connected; }));
   survived();
 }
 
@@ -111,14 +111,14 @@ TEST_F(MqttHostileTest, AnAnswerThatNobodyAskedForMovesNoClock) {
   ASSERT_TRUE(question);
   const Duration before = probe_->info().clock_offset;
   // Let the round trips of the start end, so that no question is open.
-  ASSERT_TRUE(comes_true("the first questions were asked", [&] { return attic_.questions == 4; }));
+  ASSERT_TRUE(becomes_true("the first questions were asked", [&] { return attic_.questions == 4; }));
   const std::string lie = encode_clock({attic_.now() - 3'000'000 * kMs});
   const std::uint64_t counted = probe_->stats().undecodable;
   mallory_.publish({question->response_topic, lie, false, {}, question->correlation});
   mallory_.publish({question->response_topic, lie, false, {}, std::string(16, 'x')});
   mallory_.publish({question->response_topic, lie, false, {}, {}});
   mallory_.publish({question->response_topic, std::string(100'000, 'x'), false, {}, question->correlation});
-  EXPECT_TRUE(comes_true("all are counted", [&] { return probe_->stats().undecodable == counted + 4; }));
+  EXPECT_TRUE(becomes_true("all are counted", [&] { return probe_->stats().undecodable == counted + 4; }));
   attic_.say_alive();
   EXPECT_LT(std::abs((probe_->info().clock_offset - before).ns), 1'000 * kMs);
   survived();

@@ -29,7 +29,7 @@ TEST(MqttSource, FollowsAProbeByItsClock) {
   EXPECT_EQ(info.version, "0.1.0");
   EXPECT_NEAR(info.clock_offset.seconds(), 3600, info.clock_uncertainty.seconds());
   EXPECT_GT(info.clock_uncertainty.ns, 0);
-  EXPECT_TRUE(comes_true("connected", [&] { return probe->stats().state == LinkState::connected; }));
+  EXPECT_TRUE(becomes_true("connected", [&] { return probe->stats().state == LinkState::connected; }));
   for (std::uint64_t i = 1; i <= 20; ++i) attic.say(attic.descriptor(i, 20 * kMs));
   ASSERT_TRUE(newest_becomes(*probe, 20));
   const Lighting light = probe->latest();
@@ -98,13 +98,13 @@ TEST(MqttSource, AfterTheLastWillTheLightGrowsStaleUntilTheProbeIsBackWithAnothe
   attic.say(attic.descriptor(1'000, 0));
   ASSERT_TRUE(newest_becomes(*probe, 1'000));
   attic.say_gone();
-  EXPECT_TRUE(comes_true("the link knows", [&] { return probe->stats().state == LinkState::gone; }));
-  EXPECT_TRUE(comes_true("the light is stale", [&] { return probe->latest().validity() == Validity::stale; }));
+  EXPECT_TRUE(becomes_true("the link knows", [&] { return probe->stats().state == LinkState::gone; }));
+  EXPECT_TRUE(becomes_true("the light is stale", [&] { return probe->latest().validity() == Validity::stale; }));
   EXPECT_THAT(probe->stats().last_error, HasSubstr("has left"));
   attic.say(attic.descriptor(1'001, 0));
   attic.offset_ns = 5'000 * kMs - monotonic_now_ns();  // it rebooted: five seconds since
   attic.say_alive();
-  EXPECT_TRUE(comes_true("it is followed again", [&] { return probe->stats().state == LinkState::connected; }));
+  EXPECT_TRUE(becomes_true("it is followed again", [&] { return probe->stats().state == LinkState::connected; }));
   EXPECT_EQ(probe->latest().descriptor().sequence, 1'000U) << "what nobody's clock dates is not taken";
   attic.say(attic.descriptor(1, 10 * kMs));
   ASSERT_TRUE(newest_becomes(*probe, 1));
@@ -121,12 +121,12 @@ TEST(MqttSource, ComesBackWhenTheBrokerDoes) {
   attic->say(attic->descriptor(1, 0));
   ASSERT_TRUE(newest_becomes(*probe, 1));
   broker.stop();
-  EXPECT_TRUE(comes_true("the loss is noticed", [&] { return probe->stats().state == LinkState::waiting; }));
+  EXPECT_TRUE(becomes_true("the loss is noticed", [&] { return probe->stats().state == LinkState::waiting; }));
   EXPECT_EQ(probe->latest().descriptor().sequence, 1U) << "the last light stays";
   broker.start();
   attic = std::make_unique<ProbeAtBroker>(broker);
   attic->say_alive();
-  EXPECT_TRUE(comes_true("the link is back", [&] { return probe->stats().state == LinkState::connected; }));
+  EXPECT_TRUE(becomes_true("the link is back", [&] { return probe->stats().state == LinkState::connected; }));
   attic->say(attic->descriptor(2, 0));
   EXPECT_TRUE(newest_becomes(*probe, 2));
   EXPECT_EQ(probe->stats().reconnects, 1U);
@@ -148,7 +148,7 @@ TEST(MqttSource, ABrokerThatStallsIsSilenceAndEndsWithinASecond) {
   attic.say(attic.descriptor(1, 0));
   ASSERT_TRUE(newest_becomes(*probe, 1));
   broker.process().signal(SIGSTOP);
-  EXPECT_TRUE(comes_true("the silence is told", [&] { return probe->stats().state == LinkState::waiting; }));
+  EXPECT_TRUE(becomes_true("the silence is told", [&] { return probe->stats().state == LinkState::waiting; }));
   EXPECT_THAT(probe->stats().last_error, HasSubstr("silent"));
   EXPECT_EQ(probe->latest().validity(), Validity::stale);
   const std::int64_t begin = monotonic_now_ns();
@@ -172,7 +172,7 @@ TEST(MqttSource, AnObserverThatTakesItsTimeIsWaitedFor) {
     const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), options);
     ASSERT_TRUE(probe.ok()) << probe.status().message();
     attic.say(attic.descriptor(1, 0));
-    ASSERT_TRUE(comes_true("it looks", [&] { return begun == 1; }));
+    ASSERT_TRUE(becomes_true("it looks", [&] { return begun == 1; }));
   }
   EXPECT_EQ(ended, 1) << "nothing of ours runs when the probe is gone";
 }
@@ -210,7 +210,7 @@ TEST(MqttSource, ALoginGoesOverPlainTextOnlyWhereTheAddressAsksForIt) {
   session.login = {"ann", "ann", "s3cret", {}, {}, {}};
   session.retry_min = session.retry_max = session.connect_timeout = {kMs};
   session.on_lost = [&](const std::string& why) { lost = why; };
-  MqttSession(session).turn({kMs});
+  MqttSession(session).run_once({kMs});
   EXPECT_THAT(lost, HasSubstr("?security=plain"));
 }
 

@@ -23,7 +23,7 @@ inline constexpr std::int64_t kMs = 1'000'000;
 class ProbeAtBroker {
  public:
   explicit ProbeAtBroker(const Broker& broker, const std::string& base = "venue/attic")
-      : topics(base), client(broker.port(), {topics.clock}, [this](const MqttNote& question) {
+      : topics(base), client(broker.port(), {topics.clock}, [this](const BrokerMessage& question) {
           ++questions;
           if (answers) client.answer({question.response_topic, encode_clock({now()}), false, {}, question.correlation});
         }) {}
@@ -55,12 +55,12 @@ class ProbeAtBroker {
 inline ProbeOptions patient() {
   ProbeOptions options;
   options.max_age = {60'000 * kMs};
-  options.connect_timeout = {kPatience.count() * kMs};
+  options.connect_timeout = {kTestTimeout.count() * kMs};
   return options;
 }
 
 [[nodiscard]] inline ::testing::AssertionResult newest_becomes(const Probe& probe, std::uint64_t sequence) {
-  return comes_true("descriptor " + std::to_string(sequence) + " is the newest; " + probe.stats().last_error,
+  return becomes_true("descriptor " + std::to_string(sequence) + " is the newest; " + probe.stats().last_error,
                     [&] { return probe.latest().descriptor().sequence == sequence; });
 }
 

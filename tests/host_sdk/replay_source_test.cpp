@@ -19,7 +19,7 @@ namespace {
 using test::encoded;
 using test::numbered;
 
-constexpr Duration kPatience{30'000'000'000};
+constexpr Duration kTestTimeout{30'000'000'000};
 constexpr std::int64_t kMs = 1'000'000;
 
 class ReplaySource : public ::testing::Test {
@@ -63,7 +63,7 @@ class ReplaySource : public ::testing::Test {
   static Status play_out(const Probe& probe) {
     std::optional<std::uint64_t> seen;
     for (;;) {
-      const Result<Lighting> next = probe.wait_for_next(seen, kPatience);
+      const Result<Lighting> next = probe.wait_for_next(seen, kTestTimeout);
       if (!next.ok()) return next.status();
       seen = next->descriptor().sequence;
     }
@@ -135,20 +135,20 @@ TEST_F(ReplaySource, ThePlaceOfAProbeThatHangsOnAWallIsSaidOnce) {
   hanging.T_world_probe->covariance[0][0] = 1e-4;
   const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=0", hanging);
   ASSERT_TRUE(probe.ok()) << probe.status().message();
-  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kPatience).ok());
+  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kTestTimeout).ok());
   EXPECT_NEAR(probe->latest().lights()[0].direction.y, 1, 1e-3);
   const Lighting world = probe->latest_in_world();
   ASSERT_FALSE(world.lights().empty());
   EXPECT_NEAR(world.lights()[0].direction.y, -1, 1e-3);
-  const auto& doubt = world.lights()[0].direction_covariance;
-  EXPECT_NEAR(doubt[0] + doubt[2], 1e-4, 1e-6) << "a turn about X moves what is at -Y";
+  const auto& covariance = world.lights()[0].direction_covariance;
+  EXPECT_NEAR(covariance[0] + covariance[2], 1e-4, 1e-6) << "a turn about X moves what is at -Y";
 }
 
 TEST_F(ReplaySource, WithoutAPlaceThereIsNoWorld) {
   record(messages(1), 0);
   const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=0");
   ASSERT_TRUE(probe.ok()) << probe.status().message();
-  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kPatience).ok());
+  ASSERT_TRUE(probe->wait_for_next(std::nullopt, kTestTimeout).ok());
   EXPECT_EQ(probe->latest_in_world().validity(), Validity::invalid_query);
   EXPECT_FALSE(probe->latest_in_world().reason().empty());
   ProbeOptions nowhere;
@@ -231,7 +231,7 @@ TEST_F(ReplaySource, EndsInTheMiddleOfALongPause) {
     const Result<Probe> probe = Probe::connect("replay:" + path());
     ASSERT_TRUE(probe.ok()) << probe.status().message();
   }
-  EXPECT_LT(monotonic_now_ns() - start, kPatience.ns);
+  EXPECT_LT(monotonic_now_ns() - start, kTestTimeout.ns);
 }
 
 }  // namespace

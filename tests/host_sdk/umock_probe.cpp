@@ -267,7 +267,7 @@ int UmockProbe::Port::control(const usbdevfs_urb&, std::span<std::uint8_t> buffe
 }
 
 void UmockProbe::Port::hear(Device& d, std::span<const std::byte> bytes) {
-  const FrameReader::Take take = [&](const LinkFrame& request) {
+  const FrameReader::FrameCallback take = [&](const LinkFrame& request) {
     ++requests;
     if (answering == Answering::no || !answer_link_request(request.payload, commands, d.answer).ok()) return;
     if (writer.write(FrameKind::response, d.answer, d.frame).ok()) d.to_host.push_back(d.frame);

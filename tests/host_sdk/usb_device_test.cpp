@@ -30,7 +30,7 @@ ProbeOptions options() {
 }
 
 ::testing::AssertionResult received(const Probe& probe, std::uint64_t count) {
-  return comes_true(std::to_string(count) + " descriptors are here (" + probe.stats().last_error + ")",
+  return becomes_true(std::to_string(count) + " descriptors are here (" + probe.stats().last_error + ")",
                     [&] { return probe.stats().received >= count; });
 }
 
@@ -141,10 +141,10 @@ TEST(UsbDevice, NoneIsSaidClearlyAndComesWhenItIsPluggedIn) {
   const Result<Probe> probe = Probe::connect("usb:", hotplug_alone);
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   device.unplug();
-  ASSERT_TRUE(comes_true("the probe is missed", [&] { return probe->stats().state == LinkState::waiting; }));
+  ASSERT_TRUE(becomes_true("the probe is missed", [&] { return probe->stats().state == LinkState::waiting; }));
   device.plug_in();
   EXPECT_TRUE(
-      comes_true("it is found by its event, not by looking again", [&] { return probe->stats().reconnects == 1; }));
+      becomes_true("it is found by its event, not by looking again", [&] { return probe->stats().reconnects == 1; }));
 }
 
 /// Open handles but for the bed's own sockets, by which it answers ioctl: they are closed by its thread, later, and
@@ -177,14 +177,14 @@ TEST(UsbDevice, AHundredReplugsAreSurvivedWithoutAGrowingProcess) {
       files = handles_of_ours();
     }
     device.unplug();
-    ASSERT_TRUE(comes_true("the link is down", [&] { return probe->stats().state != LinkState::connected; }));
+    ASSERT_TRUE(becomes_true("the link is down", [&] { return probe->stats().state != LinkState::connected; }));
     EXPECT_EQ(probe->latest().descriptor().sequence, i + 1) << "what was known stays";
     device.plug_in();
-    ASSERT_TRUE(comes_true("the link is back (" + probe->stats().last_error + ")",
+    ASSERT_TRUE(becomes_true("the link is back (" + probe->stats().last_error + ")",
                            [&] { return probe->stats().reconnects == i + 1; }));
   }
   EXPECT_EQ(probe->stats().gaps, 0U);
-  EXPECT_TRUE(comes_true("as many handles are open as early on", [&] { return handles_of_ours() <= files; }))
+  EXPECT_TRUE(becomes_true("as many handles are open as early on", [&] { return handles_of_ours() <= files; }))
       << handles_of_ours() << " instead of " << files;
   EXPECT_LE(proc_status_number(::getpid(), "Threads"), threads);
 }
@@ -270,10 +270,10 @@ TEST(UsbDevice, AProbeThatHangsIsLeftAndFoundAgain) {
   const Result<Probe> probe = Probe::connect("usb:", o);
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   device.set_answering(UmockProbe::Answering::no);
-  ASSERT_TRUE(comes_true("it is left", [&] { return probe->stats().state != LinkState::connected; }));
+  ASSERT_TRUE(becomes_true("it is left", [&] { return probe->stats().state != LinkState::connected; }));
   EXPECT_NE(probe->stats().last_error.find("silent"), std::string::npos);
   device.set_answering(UmockProbe::Answering::yes);
-  EXPECT_TRUE(comes_true("it is back", [&] { return probe->stats().reconnects >= 1; }));
+  EXPECT_TRUE(becomes_true("it is back", [&] { return probe->stats().reconnects >= 1; }));
 }
 
 TEST(UsbDevice, EndsWithinASecondPluggedInOrNot) {

@@ -11,7 +11,7 @@ namespace {
 /// The product: each frame by itself, as if it were the first.
 class EstimatorMethod final : public MarkerMethod {
  public:
-  Status look(const TracedFrame&, const RigParameters& rig, const MarkerBody& body, const Shot& shot) override {
+  Status process(const TracedFrame&, const RigParameters& rig, const MarkerBody& body, const Shot& shot) override {
     Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, body);
     if (!finder) return finder.status();
     Result<std::unique_ptr<MarkerEstimator>> estimator = make_marker_estimator(rig, body, std::move(*finder), {});

@@ -1,7 +1,7 @@
 // Who finds light in frames of a marker, side by side: each looks at every frame once and answers afterwards, because
 // the seed's one threshold is chosen over all of them.
 //   MarkerMethod       the interface
-//   make_seed_method       bench/s1_dodecahedron with our tag detector
+//   make_straughn_method       bench/s1_dodecahedron with our tag detector
 //   make_estimator_method  lightwelld's estimator
 #pragma once
 
@@ -36,7 +36,7 @@ class MarkerMethod {
 
   /// `shot` holds one frame of `rig`, which sees `body`. Shots of one picture come in a row, 1/30 s apart; of the next
   /// picture's time nothing is said. Frames whose group is "grid" are those that a setting may be chosen over.
-  [[nodiscard]] virtual Status look(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body,
+  [[nodiscard]] virtual Status process(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body,
                                     const Shot& shot) = 0;
   [[nodiscard]] virtual std::vector<MarkerColumn> columns() const = 0;
 };
@@ -46,7 +46,7 @@ class MarkerMethod {
 ///   seed_letter    the same with its perspective matrix to the letter
 ///   seed_half      a threshold of 0.5, which the text implies
 ///   seed_each      for every frame the threshold that is best for it, which nobody can know: a lower limit
-[[nodiscard]] Result<std::unique_ptr<MarkerMethod>> make_seed_method(bool srgb);
+[[nodiscard]] Result<std::unique_ptr<MarkerMethod>> make_straughn_method(bool srgb);
 
 /// One column, ours: flagged where the descriptor says unsure.
 [[nodiscard]] std::unique_ptr<MarkerMethod> make_estimator_method();

@@ -116,7 +116,7 @@ void measure_scene(const std::string& path, PixelFormat format, const PanoramaOp
 
 int main(int argc, char** argv) {
   PanoramaOptions options;
-  options.probe_id = identity_of("lightwell");
+  options.probe_id = fnv1a_32("lightwell");
   PixelFormat format = PixelFormat::rgb_f32;
   bool all = false;
   for (int i = 1; i < argc; ++i) {

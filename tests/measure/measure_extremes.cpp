@@ -115,7 +115,7 @@ void spots() {
         if (!asked(row)) continue;
         const RigParameters rig = rig_of(size.kind, size.width, size.height);
         print(row, light_direction(rig, diameter, size.anywhere, setting),
-              {{"pixel_deg", Studio(rig).pixel_rad() * 57.29577951}});
+              {{"pixel_deg", RigRenderer(rig).pixel_rad() * 57.29577951}});
       }
 }
 

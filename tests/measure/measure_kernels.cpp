@@ -45,7 +45,7 @@ void measure(test::OracleCase& c, const Rig& rig, const reference::RandomScene& 
   const auto truth = c.coefficients(c.truth(shot.frames, rig.edge), rig.edge);
   test::on_each_target([&](const char* target) {
     estimate::BlockSums sums(layout);
-    if (codes.takes(shot.frames))
+    if (codes.supports(shot.frames))
       codes.run(shot.frames[0], sums);
     else
       pixels.run(reader, sums);

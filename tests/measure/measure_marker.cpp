@@ -20,7 +20,7 @@
 #include <set>
 #include <string>
 
-#include "bench/s1_published.hpp"
+#include "bench/straughn2018_published.hpp"
 #include "measure/marker_methods.hpp"
 #include "measure/traced_frames.hpp"
 
@@ -85,7 +85,7 @@ void print(const std::string& figure, double value, const Errors& of) {
   std::printf(", \"frames\": %d, \"flagged\": %d, \"unanswered\": %d}\n", of.frames, of.flagged, of.unanswered);
 }
 
-void print(const bench::S1Published& p) {
+void print(const bench::StraughnPublished& p) {
   std::printf("{\"figure\": \"thesis.%s\", \"value\": %.5g, \"percent\": %.5g, \"where\": \"%s\"}\n", p.what,
               p.degrees(), p.percent, p.where);
 }
@@ -139,13 +139,13 @@ int main(int argc, char** argv) {
   const auto bodies = measure::load_traced_bodies(bodies_folder);
   if (!bodies) fail(bodies.status());
 
-  print(bench::kS1Mean);
-  print(bench::kS1Median);
-  for (const auto& p : bench::kS1ByLamp) print(p);
-  for (const auto& p : bench::kS1ByView) print(p);
+  print(bench::kStraughnMean);
+  print(bench::kStraughnMedian);
+  for (const auto& p : bench::kStraughnByLamp) print(p);
+  for (const auto& p : bench::kStraughnByView) print(p);
 
   for (const bool srgb : {true, false}) {
-    auto seed = measure::make_seed_method(srgb);
+    auto seed = measure::make_straughn_method(srgb);
     if (!seed) fail(seed.status());
     std::vector<std::unique_ptr<measure::MarkerMethod>> methods;
     methods.push_back(std::move(*seed));
@@ -162,7 +162,7 @@ int main(int argc, char** argv) {
       for (int k = 0; k < noisy; ++k) {
         const measure::Shot shot = picture->expose(sensor, first_capture(frame.name) + static_cast<std::uint64_t>(k));
         for (const auto& method : methods)
-          if (const Status s = method->look(frame, rig, body, shot); !s.ok()) fail(s);
+          if (const Status s = method->process(frame, rig, body, shot); !s.ok()) fail(s);
         looked_at.push_back(&frame);
       }
     }

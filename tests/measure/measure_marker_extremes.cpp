@@ -38,16 +38,16 @@ void print_number(const char* name, bool there, double value) {
     std::printf(", \"%s\": null", name);
 }
 
-void tell(const Verdict& v) {
+void tell(const Evaluation& v) {
   const lightwell::MarkerReport& r = v.report;
-  const lightwell::marker::ChosenLight& l = r.light;
+  const lightwell::marker::LightingEstimate& l = r.light;
   std::fprintf(stderr,
                "  tags %d%s, patches %d, faces %d, small %d, uneven %d, covered %d, clipped %d; used %d, left out %d, "
                "chi2 %.2f%s%s\n",
                r.body.tags, r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small,
-               r.counts.uneven, r.counts.covered, r.counts.clipped, l.used, l.left_out, l.chi_square,
-               l.around == lightwell::marker::Around::shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
-  for (const lightwell::marker::ChosenLamp& lamp : l.lamps) {
+               r.counts.uneven, r.counts.covered, r.counts.clipped, l.used, l.outliers, l.chi_square,
+               l.around == lightwell::marker::SurroundModel::ground_plane_with_shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
+  for (const lightwell::marker::LightEstimate& lamp : l.lamps) {
     const lightwell::Vec3d& d = lamp.lamp.direction;
     std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) 1/m %.2f, irradiance %.4g, sigma %.2f deg%s%s\n", d.x, d.y, d.z,
                  lamp.lamp.inverse_distance, lamp.lamp.irradiance[1],
@@ -61,7 +61,7 @@ int measure(const std::string& bodies, const std::string& part, int seeds, bool 
     if (one.name.find(part) == std::string::npos) continue;
     const ExtremePicture picture(std::move(one));
     for (int seed = 1; seed <= seeds; ++seed) {
-      const Verdict v = picture.worst(static_cast<std::uint64_t>(seed));
+      const Evaluation v = picture.worst(static_cast<std::uint64_t>(seed));
       std::printf("{\"extreme\": %s, \"outcome\": \"%s\", \"easy\": %s",
                   lightwell::json_string(picture.what().name).c_str(), name_of(v.outcome),
                   picture.what().easy ? "true" : "false");

@@ -77,7 +77,7 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
   const auto& lamps = report.light.lamps;
   std::printf(", \"unsure\": %s, \"found\": %zu, \"shadow\": %s, \"near\": %s",
               out.flags.has(Flag::unsure) ? "true" : "false", lamps.size(),
-              report.light.around == marker::Around::shadow ? "true" : "false",
+              report.light.around == marker::SurroundModel::ground_plane_with_shadow ? "true" : "false",
               !lamps.empty() && lamps[0].near ? "true" : "false");
   if (!frame.normals.empty()) {
     double squares = 0, truth = 0;
@@ -90,9 +90,9 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
       }
     }
     std::printf(", \"irradiance_rms\": %.4g, \"strongest_share\": %.3g, \"faces_lit\": %d", std::sqrt(squares / truth),
-                frame.strongest_share, frame.lamps[0].seen_faces_lit);
+                frame.strongest_share, frame.lamps[0].visible_lit_faces);
   }
-  std::printf(", \"left_out\": %d, \"used\": %d, \"chi2\": %.3g", report.light.left_out, report.light.used,
+  std::printf(", \"left_out\": %d, \"used\": %d, \"chi2\": %.3g", report.light.outliers, report.light.used,
               report.light.chi_square);
   if (!lamps.empty() && !frame.lamps.empty()) {
     const Vec3d truth = frame.lamps[0].direction;
@@ -110,8 +110,8 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
     std::printf(", \"lamps\": [");
     for (std::size_t i = 0; i < frame.lamps.size(); ++i) {
       const measure::TracedLamp& lamp = frame.lamps[i];
-      const marker::ChosenLamp* nearest = &lamps[0];
-      for (const marker::ChosenLamp& one : lamps)
+      const marker::LightEstimate* nearest = &lamps[0];
+      for (const marker::LightEstimate& one : lamps)
         if (angle_between(one.lamp.direction, lamp.direction) < angle_between(nearest->lamp.direction, lamp.direction))
           nearest = &one;
       const auto& e = nearest->lamp.irradiance;
@@ -147,9 +147,9 @@ void tell(const measure::TracedFrame& frame, const MarkerReport& report) {
                "  patches %d faces %d small %d uneven %d clipped %d used %d left out %d chi2 %.2f shadow %d tags %d "
                "ambient %.3f (%.3f %.3f %.3f)\n",
                report.counts.patches, report.counts.faces, report.counts.small, report.counts.uneven,
-               report.counts.clipped, l.used, l.left_out, l.chi_square, l.around == marker::Around::shadow,
+               report.counts.clipped, l.used, l.outliers, l.chi_square, l.around == marker::SurroundModel::ground_plane_with_shadow,
                report.body.tags, l.ambient[0][1], l.ambient[1][1], l.ambient[2][1], l.ambient[3][1]);
-  for (const marker::ChosenLamp& lamp : l.lamps)
+  for (const marker::LightEstimate& lamp : l.lamps)
     std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) w %.2f +- %.2f irradiance %.3f %.3f %.3f sigma %.2f deg%s%s\n",
                  lamp.lamp.direction.x, lamp.lamp.direction.y, lamp.lamp.direction.z, lamp.lamp.inverse_distance,
                  lamp.inverse_distance_sigma, lamp.lamp.irradiance[0], lamp.lamp.irradiance[1], lamp.lamp.irradiance[2],

@@ -66,8 +66,8 @@ class Errors {
     const double turn = test::turn_of(e) / test::kDegree, place = 100 * test::shift_of(e) / length(truth.translation);
     turn_squares_ += turn * turn;
     place_squares_ += place * place;
-    turn_most_ = std::max(turn_most_, turn);
-    place_most_ = std::max(place_most_, place);
+    max_turn_ = std::max(max_turn_, turn);
+    max_place_ = std::max(max_place_, place);
     Eigen::Matrix<double, 6, 6> c;
     Eigen::Matrix<double, 6, 1> v;
     for (std::size_t r = 0; r < 6; ++r) {
@@ -89,28 +89,28 @@ class Errors {
     print(figure + ".tags", tags_ / n, "");
     print(figure + ".rms_px", rms_px_ / n, "px");
     print(figure + ".direction_deg.rms", std::sqrt(turn_squares_ / n), "deg");
-    print(figure + ".direction_deg.largest", turn_most_, "deg");
+    print(figure + ".direction_deg.largest", max_turn_, "deg");
     print(figure + ".place_percent.rms", std::sqrt(place_squares_ / n), "%");
-    print(figure + ".place_percent.largest", place_most_, "%");
+    print(figure + ".place_percent.largest", max_place_, "%");
     print(figure + ".normalized", normalized_ / n, "");
   }
 
  private:
-  double turn_squares_ = 0, place_squares_ = 0, turn_most_ = 0, place_most_ = 0, normalized_ = 0, tags_ = 0,
+  double turn_squares_ = 0, place_squares_ = 0, max_turn_ = 0, max_place_ = 0, normalized_ = 0, tags_ = 0,
          rms_px_ = 0;
   int count_ = 0, flagged_ = 0;
 };
 
 ProbeTime frame(int n) { return ProbeTime{n * 16'666'667LL}; }
 
-std::vector<SeenTag> seen_in(const std::vector<TagDetection>& tags) {
-  std::vector<SeenTag> out;
+std::vector<TagObservation> seen_in(const std::vector<TagDetection>& tags) {
+  std::vector<TagObservation> out;
   for (const TagDetection& tag : tags) out.push_back({0, tag});
   return out;
 }
 
 /// As delivered but for the camera, which is known: what is asked is what pictures bring.
-BodyTrackerOptions options_of(CornerWork corners) {
+BodyTrackerOptions options_of(CornerRefinement corners) {
   BodyTrackerOptions options;
   options.corners = corners;
   options.pose.focal_sigma = 0;
@@ -119,7 +119,7 @@ BodyTrackerOptions options_of(CornerWork corners) {
 
 void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views,
                      const std::string& name) {
-  BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerWork::followed)));
+  BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerRefinement::edge_search)));
   double first = 0, tracked = 0, share = 0, decimate = 0;
   int expected = 0;
   Errors errors;
@@ -131,7 +131,7 @@ void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std
     tracker.reset();
     int n = 0;
     for (int i = 0; i < 3; ++i) (void)tracker.track(view.picture.view(), frame(n++));
-    Result<BodySighting> last = tracker.track(view.picture.view(), frame(n++));
+    Result<BodyObservation> last = tracker.track(view.picture.view(), frame(n++));
     if (!last->predicted || !last->pose) continue;
     ++expected;
     tracked += best([&] { last = tracker.track(view.picture.view(), frame(n++)); });
@@ -149,9 +149,9 @@ void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std
 }
 
 void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views) {
-  const std::vector<std::pair<CornerWork, const char*>> works = {
-      {CornerWork::none, "none"}, {CornerWork::followed, "followed"}, {CornerWork::fitted, "fitted"}};
-  const PlacedLenses lenses(rig);
+  const std::vector<std::pair<CornerRefinement, const char*>> works = {
+      {CornerRefinement::none, "none"}, {CornerRefinement::edge_search, "followed"}, {CornerRefinement::edge_fit, "fitted"}};
+  const PosedLenses lenses(rig);
   double with = 0, without = 0;
   int poses = 0;
   for (const auto& [work, name] : works) {
@@ -162,14 +162,14 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
       double ms = 0, tags = 0;
       Errors errors;
       for (const View& view : views) {
-        BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerWork::followed)));
+        BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerRefinement::edge_search)));
         (void)tracker.track(view.picture.view(), frame(0));
         (void)tracker.track(view.picture.view(), frame(1));
-        const auto sighting = tracker.track(view.picture.view(), frame(2));
-        if (!sighting->predicted) continue;
+        const auto observation = tracker.track(view.picture.view(), frame(2));
+        if (!observation->predicted) continue;
         std::vector<TagDetection> found;
         ms += best([&] {
-          found = *detector.detect_in(view.picture.view(), {sighting->region, decimate, sighting->least_contrast});
+          found = *detector.detect_in(view.picture.view(), {observation->region, decimate, observation->min_contrast});
         });
         tags += static_cast<double>(found.size());
         BodyPoseOptions options;
@@ -178,7 +178,7 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
         const auto pose = find_body_pose(rig, body, seen, std::nullopt, options);
         if (!pose) continue;
         errors.add(*pose, view.truth);
-        if (work != CornerWork::followed || decimate != 2) continue;
+        if (work != CornerRefinement::edge_search || decimate != 2) continue;
         BodyPrediction before{pose->probe_body, true};
         before.probe_body.pose.translation += Vec3d{0.004, -0.003, 0.002};
         before.probe_body.pose.rotation =
@@ -223,7 +223,7 @@ int main(int argc, char** argv) {
     if (width_px == 400) measure_parts(rig, body, views);
   }
   const auto nothing = camera.take(test::body_at({0, 0, 1}, 1));
-  BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerWork::followed)));
+  BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerRefinement::edge_search)));
   int n = 0;
   print("search.no_body.ms", best([&] { (void)tracker.track(nothing.view(), frame(n++)); }), "ms");
   return 0;

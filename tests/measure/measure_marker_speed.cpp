@@ -20,7 +20,7 @@
 #include "bench/thread_time.hpp"
 #include "calibration/lens_table.hpp"
 #include "estimate/marker/marker_estimator.hpp"
-#include "estimate/marker/table_light.hpp"
+#include "estimate/marker/ground_reflection.hpp"
 #include "measure/traced_frames.hpp"
 
 namespace {
@@ -39,7 +39,7 @@ class TimedFinder final : public BodyFinder {
  public:
   TimedFinder(std::unique_ptr<BodyFinder> finder, double& spent) : finder_(std::move(finder)), spent_(spent) {}
   void set_decimation(const FinderDecimation& decimation) override { finder_->set_decimation(decimation); }
-  Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) override {
+  Result<std::optional<DetectedBody>> find(const View& view, const FrameInfo& info) override {
     const double begin = bench::thread_time_ms();
     auto found = finder_->find(view, info);
     spent_ += bench::thread_time_ms() - begin;
@@ -116,9 +116,9 @@ int main(int argc, char** argv) {
     const double begin = bench::thread_time_ms();
     for (int k = 0; k < kFrames; ++k) {
       if (!reader.bind(shots[static_cast<std::size_t>(k) % shots.size()].frames).ok()) fail("the frame cannot be read");
-      const marker::PlacedBody placed(*body, rig.lenses[0], model, (*estimator)->report().body.probe_body.pose);
+      const marker::PosedBody placed(*body, rig.lenses[0], model, (*estimator)->report().body.probe_body.pose);
       (void)sampler.sample(reader, 0, rig.lenses[0].width, rig.lenses[0].height, *body, placed, 1, 3, shading);
-      marker::find_table_light(shading);
+      marker::estimate_ground_reflection(shading);
     }
     best.sampling = std::min(best.sampling, (bench::thread_time_ms() - begin) / kFrames);
   }

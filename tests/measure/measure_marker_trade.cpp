@@ -131,7 +131,7 @@ double irradiance_error(const measure::TracedFrame& frame, const Descriptor& ans
 
 /// Of two lamps the weaker may be answered first.
 std::optional<double> direction_error_deg(const measure::TracedFrame& frame,
-                                          const std::vector<marker::ChosenLamp>& lamps) {
+                                          const std::vector<marker::LightEstimate>& lamps) {
   std::optional<double> out;
   for (std::size_t k = 0; k < std::min(lamps.size(), frame.lamps.size()); ++k) {
     const double deg = angle_between(lamps[k].lamp.direction, frame.lamps[0].direction) / kDegree;
@@ -140,7 +140,7 @@ std::optional<double> direction_error_deg(const measure::TracedFrame& frame,
   return out;
 }
 
-void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& answer, const MarkerReport& report,
+void evaluate(const measure::TracedFrame& frame, bool answered, const Descriptor& answer, const MarkerReport& report,
            Tally& tally) {
   ++tally.frames;
   if (!answered) {
@@ -154,7 +154,7 @@ void judge(const measure::TracedFrame& frame, bool answered, const Descriptor& a
   if (tally.verbose)
     std::fprintf(stderr, "%s: RMS %.4f, direction %.2f deg, lamps %zu, faces %d, %s%s\n", frame.name.c_str(),
                  tally.rms.back(), deg.value_or(-1), report.light.lamps.size(), report.counts.faces,
-                 report.light.around == marker::Around::shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
+                 report.light.around == marker::SurroundModel::ground_plane_with_shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
   if (!deg) return;
   tally.direction_deg.push_back(*deg);
   if (!unsure) tally.worst_sure_deg = std::max(tally.worst_sure_deg, *deg);
@@ -184,7 +184,7 @@ class Stream {
       // Of the others, only what was expected where it is: a body that was lost is looked for in all of the picture.
       if (k == 0 || (s.ok() && answered_)) best_ms_[k] = std::min(best_ms_[k], spent);
       answered_ = s.ok();
-      if (tally != nullptr) judge(frame, s.ok(), out, estimator_->report(), *tally);
+      if (tally != nullptr) evaluate(frame, s.ok(), out, estimator_->report(), *tally);
     }
   }
 

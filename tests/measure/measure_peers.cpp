@@ -21,7 +21,7 @@
 #include "bench/ar_output.hpp"
 #include "bench/filament_sh.hpp"
 #include "bench/median_cut.hpp"
-#include "bench/s0_detection.hpp"
+#include "bench/alhakamy2019.hpp"
 #include "bench/vector_unit.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "measure/panorama_truth.hpp"
@@ -45,9 +45,9 @@ std::string vector_unit;
 }
 
 /// Frame to encoded descriptor, again and again with the time going on.
-class Ours {
+class LightwellMethod {
  public:
-  Ours(const RigParameters& rig, measure::Shot shot) : shot_(std::move(shot)) {
+  LightwellMethod(const RigParameters& rig, measure::Shot shot) : shot_(std::move(shot)) {
     PanoramaOptions options;
     options.config.setting = Setting::balanced;
     auto made = make_panorama_estimator(rig, options);
@@ -103,7 +103,7 @@ int main(int argc, char** argv) {
   const RigParameters float_rig = *sim::make_rig("equirect", width, height, PixelFormat::rgb_f32);
   const measure::LensRadiance radiance = {panorama->rgb};
   const double second[] = {1};
-  Ours floats(float_rig, measure::Camera(float_rig, PixelFormat::rgb_f32).develop(radiance, second, 0));
+  LightwellMethod floats(float_rig, measure::Camera(float_rig, PixelFormat::rgb_f32).develop(radiance, second, 0));
 
   const RigParameters code_rig = *sim::make_rig("equirect", width, height, PixelFormat::rgb8);
   // Four times the mean just below saturation, as a camera's exposure control has it: the lamps are clipped.
@@ -116,17 +116,17 @@ int main(int argc, char** argv) {
                                    height,
                                    {reinterpret_cast<const std::uint8_t*>(codes.data()), codes.size()},
                                    shot.frames.front().views().front().stride};
-  Ours coded(code_rig, std::move(shot));
+  LightwellMethod coded(code_rig, std::move(shot));
 
   bench::FilamentRoute filament;
   bench::FilamentSh sh;
   double cube_s = 1e9, sh_s = 1e9;
   if (bench::FilamentRoute::available()) filament.load(image);
   std::vector<bench::CutLight> cut;
-  bench::S0Result s0;
+  bench::AlhakamyResult s0;
 
   Timed ours_floats{[&] { floats.run(); }}, ours_frame{[&] { coded.run(); }},
-      by_cut{[&] { cut = bench::median_cut(image); }}, by_s0{[&] { s0 = bench::s0_detect(frame); }}, by_filament{[&] {
+      by_cut{[&] { cut = bench::median_cut(image); }}, by_s0{[&] { s0 = bench::alhakamy_detect(frame); }}, by_filament{[&] {
         sh = filament.run();
         cube_s = std::min(cube_s, sh.cube_s);
         sh_s = std::min(sh_s, sh.sh_s);

@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
   for (int i = 0; i < repeats; ++i) {
     proxy.cut();
     look(*probe, seconds, lies, never);
-    proxy.mend();
+    proxy.restore();
     worst = std::max(worst, look(*probe, 30, lies, fresh_since(monotonic_now_ns())));
     look(*probe, 1, lies, never);
   }

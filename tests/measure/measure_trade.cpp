@@ -153,7 +153,7 @@ eval::Chart chart_of(const std::vector<Choice>& all, const std::vector<Cost>& co
     chart.words.push_back({p.title, {p.left + kPad, kTop - 4}, 15, black, eval::Anchor::start, true});
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (!p.shows(all[i])) continue;
-      const eval::At at{px(p.cost(costs[i])), py(p.error(costs[i]))};
+      const eval::ChartPoint at{px(p.cost(costs[i])), py(p.error(costs[i]))};
       chart.marks.push_back({at, 5, of_band[all[i].band], true, all[i].edge > 0});
       chart.words.push_back({std::to_string(all[i].edge > 0 ? all[i].edge : all[i].lights),
                              {at.x + 7, at.y - 5},

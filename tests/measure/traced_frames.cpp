@@ -92,7 +92,7 @@ TracedLamp lamp_of(Fields& of) {
   lamp.distance_m = of.number("distance_m");
   lamp.irradiance = of.numbers<3>("irradiance_rgb");
   const Value* lit = of.find("seen_faces_lit");
-  lamp.seen_faces_lit = lit == nullptr ? 0 : lit->list_value().values_size();
+  lamp.visible_lit_faces = lit == nullptr ? 0 : lit->list_value().values_size();
   return lamp;
 }
 
@@ -114,7 +114,7 @@ void read_room(Fields& of, TracedFrame& frame) {
   lamp.direction = normalized(strongest.vector("direction"));
   lamp.irradiance = strongest.numbers<3>("vector_irradiance_rgb");
   const Value* lit = strongest.find("seen_faces_lit");
-  lamp.seen_faces_lit = lit == nullptr ? 0 : lit->list_value().values_size();
+  lamp.visible_lit_faces = lit == nullptr ? 0 : lit->list_value().values_size();
   frame.strongest_share = strongest.number("share_of_irradiance_facing_it");
   frame.lamps = {lamp};
   for (const auto& n : triples_of(room.find("normals"))) frame.normals.push_back(normalized(Vec3d{n[0], n[1], n[2]}));

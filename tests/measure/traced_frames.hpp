@@ -27,7 +27,7 @@ struct TracedLamp {
   Vec3d position;
   double distance_m = 0;               ///< From the body's centre.
   std::array<double, 3> irradiance{};  ///< At the body's centre, normal incidence.
-  int seen_faces_lit = 0;              ///< Faces that the camera sees and the lamp lights.
+  int visible_lit_faces = 0;              ///< Faces that the camera sees and the lamp lights.
 };
 
 struct TracedFrame {

@@ -84,7 +84,7 @@ TEST(TracedFrames, AreReadInTheOrderOfTheirNames) {
   ASSERT_EQ(b.lamps.size(), 1U);
   EXPECT_NEAR(angle_between(b.lamps[0].direction, Vec3d{0, 0.6, 0.8}), 0, 1e-9);
   EXPECT_EQ(b.lamps[0].irradiance[1], 2);
-  EXPECT_EQ(b.lamps[0].seen_faces_lit, 1);
+  EXPECT_EQ(b.lamps[0].visible_lit_faces, 1);
   // The probe's -Z is the picture's middle, its +Y up.
   const CameraModel model(b.rig.lenses.front());
   const auto pixel = model.project(transformed(inverse(b.rig.lenses.front().pose_cv), {0.1, 0.2, -1}));

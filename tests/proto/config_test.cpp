@@ -64,15 +64,15 @@ TEST(Config, ASettingStretchesTheLimitsOfError) {
   c.panorama.epsilon = 0.01;
   c.panorama.radiance_epsilon = 0.05;
   c.setting = Setting::balanced;
-  EXPECT_EQ(at_setting(c).panorama.epsilon, 0.01);
-  EXPECT_EQ(at_setting(c).panorama.radiance_epsilon, 0.05);
+  EXPECT_EQ(config_for_setting(c).panorama.epsilon, 0.01);
+  EXPECT_EQ(config_for_setting(c).panorama.radiance_epsilon, 0.05);
   c.setting = Setting::fast;
-  EXPECT_EQ(at_setting(c).panorama.epsilon, 0.02);
-  EXPECT_EQ(at_setting(c).panorama.radiance_epsilon, 0.1);
-  EXPECT_EQ(at_setting(c).setting, Setting::fast);
+  EXPECT_EQ(config_for_setting(c).panorama.epsilon, 0.02);
+  EXPECT_EQ(config_for_setting(c).panorama.radiance_epsilon, 0.1);
+  EXPECT_EQ(config_for_setting(c).setting, Setting::fast);
   c.setting = Setting::exact;
-  EXPECT_EQ(at_setting(c).panorama.epsilon, 0);
-  EXPECT_EQ(at_setting(c).panorama.radiance_epsilon, 0);
+  EXPECT_EQ(config_for_setting(c).panorama.epsilon, 0);
+  EXPECT_EQ(config_for_setting(c).panorama.radiance_epsilon, 0);
 }
 
 TEST(Config, NeedsNoCameraWhereOneIsGivenBesideIt) {

@@ -127,12 +127,12 @@ TEST(EnvironmentChanges, AreAppliedWhereTheyBelongAndNowhereElse) {
   EnvironmentMap out;
   EnvironmentMap none;
   none.key = map.key;
-  ASSERT_TRUE(changed_map(map, none, out));
+  ASSERT_TRUE(apply_changes(map, none, out));
   EXPECT_EQ(out, map);
   EnvironmentMap some = none;
   some.runs = {0, 1, 61, 2};
   some.texels = {1, 2, 3};
-  ASSERT_TRUE(changed_map(map, some, out));
+  ASSERT_TRUE(apply_changes(map, some, out));
   for (std::size_t k = 0; k < 64; ++k)
     EXPECT_EQ(out.texels[k], k == 0 ? 1U : k == 62 ? 2U : k == 63 ? 3U : map.texels[k]);
 
@@ -140,13 +140,13 @@ TEST(EnvironmentChanges, AreAppliedWhereTheyBelongAndNowhereElse) {
   const auto refused = [&](auto&& spoil) {
     EnvironmentMap bad = some;
     spoil(bad);
-    return !changed_map(map, bad, out) && out == before;
+    return !apply_changes(map, bad, out) && out == before;
   };
   EXPECT_TRUE(refused([](EnvironmentMap& m) { ++m.key; }));
   EXPECT_TRUE(refused([](EnvironmentMap& m) { m.runs[2] = 62; }));
   EXPECT_TRUE(refused([](EnvironmentMap& m) { m.texels.pop_back(); }));
   EXPECT_TRUE(refused([&](EnvironmentMap& m) { m = map; }));
-  EXPECT_FALSE(changed_map(some, some, out)) << "changes of changes";
+  EXPECT_FALSE(apply_changes(some, some, out)) << "changes of changes";
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <lightwell/files.hpp>
 
 #include "support/temp_dir.hpp"
-#include "support/trap.hpp"
+#include "support/hostile_file.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -42,12 +42,12 @@ class Files : public ::testing::Test {
     give_away(keys_);
   }
   TempDir folder_;
-  Trap trap_;
+  HostileFile trap_;
   const std::string keys_ = folder_.path("keys"), file_ = keys_ + "/token";
 };
 
 TEST_F(Files, AreForTheFoldersOwnerAlone) {
-  ASSERT_TRUE(write_atomically(file_, "secret", Readers::owner).ok());
+  ASSERT_TRUE(write_atomically(file_, "secret", FileMode::owner).ok());
   ASSERT_TRUE(FolderLock::take(keys_).ok());
   for (const std::string& path : {file_, keys_ + "/lock"}) {
     EXPECT_EQ(facts_of(path).st_uid, facts_of(keys_).st_uid) << path;
@@ -59,18 +59,18 @@ TEST_F(Files, AreForTheFoldersOwnerAlone) {
 
 TEST_F(Files, ForEverybodyKeepTheUmask) {
   const mode_t before = ::umask(027);
-  const Status s = write_atomically(file_, "light", Readers::umask);
+  const Status s = write_atomically(file_, "light", FileMode::umask);
   ::umask(before);
   ASSERT_TRUE(s.ok()) << s.message();
   EXPECT_EQ(facts_of(file_).st_mode & 0777, 0640U);
 }
 
 TEST_F(Files, ALockIsTakenOfNoTrapAndNothingBehindItIsGivenAway) {
-  for (const TrapKind kind : kTrapKinds) {
+  for (const HostileFileKind kind : kHostileFileKinds) {
     const std::string lock = keys_ + "/lock";
     trap_.set(kind, lock);
     // A hard link has the owner of what it leads to.
-    if (kind != TrapKind::hard_link) give_away(lock);
+    if (kind != HostileFileKind::hard_link) give_away(lock);
     const Result<FolderLock> taken = FolderLock::take(keys_);
     EXPECT_THAT(taken.status().message(), HasSubstr(lock)) << to_string(kind);
     trap_.expect_untouched(lock, to_string(kind));
@@ -79,7 +79,7 @@ TEST_F(Files, ALockIsTakenOfNoTrapAndNothingBehindItIsGivenAway) {
 }
 
 TEST_F(Files, NoTrapIsRead) {
-  for (const TrapKind kind : kTrapKinds) {
+  for (const HostileFileKind kind : kHostileFileKinds) {
     trap_.set(kind, file_);
     EXPECT_THAT(read_private_file(file_).status().message(), HasSubstr(file_)) << to_string(kind);
     std::filesystem::remove(file_);
@@ -88,7 +88,7 @@ TEST_F(Files, NoTrapIsRead) {
 }
 
 TEST_F(Files, ARecordingIsWrittenThroughNoTrap) {
-  for (const TrapKind kind : {TrapKind::hard_link, TrapKind::fifo, TrapKind::folder}) {
+  for (const HostileFileKind kind : {HostileFileKind::hard_link, HostileFileKind::fifo, HostileFileKind::folder}) {
     trap_.set(kind, file_);
     EXPECT_THAT(open_for_update(file_).status().message(), HasSubstr(file_)) << to_string(kind);
     trap_.expect_untouched(file_, to_string(kind));
@@ -98,18 +98,18 @@ TEST_F(Files, ARecordingIsWrittenThroughNoTrap) {
 }
 
 TEST_F(Files, WhatIsWrittenReplacesNoTrapButAHardLinksName) {
-  for (const TrapKind kind : {TrapKind::fifo, TrapKind::folder}) {
+  for (const HostileFileKind kind : {HostileFileKind::fifo, HostileFileKind::folder}) {
     trap_.set(kind, file_);
-    EXPECT_THAT(write_atomically(file_, "x", Readers::owner).message(), HasSubstr(file_)) << to_string(kind);
+    EXPECT_THAT(write_atomically(file_, "x", FileMode::owner).message(), HasSubstr(file_)) << to_string(kind);
     trap_.expect_untouched(file_, to_string(kind));
     std::filesystem::remove(file_);
   }
-  trap_.set(TrapKind::hard_link, file_);
-  EXPECT_TRUE(write_atomically(file_, "x", Readers::owner).ok());
+  trap_.set(HostileFileKind::hard_link, file_);
+  EXPECT_TRUE(write_atomically(file_, "x", FileMode::owner).ok());
   trap_.expect_untouched(file_, "hard link");
   EXPECT_EQ(read_private_file(file_).value(), "x");
   // A device is written to: with root's rights a rename would put a file in its place.
-  EXPECT_TRUE(write_atomically("/dev/null", "x", Readers::umask).ok());
+  EXPECT_TRUE(write_atomically("/dev/null", "x", FileMode::umask).ok());
   EXPECT_TRUE(S_ISCHR(facts_of("/dev/null").st_mode));
 }
 
@@ -118,7 +118,7 @@ TEST_F(Files, ALinkOnTheWayIsFollowedWhereItsMakerIsTrusted) {
   const std::string elsewhere = folder_.path("elsewhere"), link = keys_ + "/link";
   ASSERT_TRUE(make_private_folder(elsewhere).ok());
   std::filesystem::create_directory_symlink(elsewhere, link);
-  EXPECT_TRUE(write_atomically(link + "/a", "x", Readers::owner).ok());
+  EXPECT_TRUE(write_atomically(link + "/a", "x", FileMode::owner).ok());
   EXPECT_EQ(read_named_file(link + "/a").value(), "x");
   std::filesystem::create_symlink(elsewhere + "/a", file_);
   EXPECT_EQ(read_named_file(file_).value(), "x");
@@ -126,9 +126,9 @@ TEST_F(Files, ALinkOnTheWayIsFollowedWhereItsMakerIsTrusted) {
   give_away(link);
   give_away(file_);
   for (const Status& s :
-       {write_atomically(link + "/a", "y", Readers::owner), read_named_file(link + "/a").status(),
+       {write_atomically(link + "/a", "y", FileMode::owner), read_named_file(link + "/a").status(),
         open_for_update(link + "/b").status(), make_private_folder(link + "/c"), FolderLock::take(link).status(),
-        read_named_file(file_).status(), write_atomically(file_, "y", Readers::umask), open_for_update(file_).status()})
+        read_named_file(file_).status(), write_atomically(file_, "y", FileMode::umask), open_for_update(file_).status()})
     EXPECT_THAT(s.message(), HasSubstr("another user made"));
   EXPECT_EQ(read_named_file(elsewhere + "/a").value(), "x");
   EXPECT_FALSE(std::filesystem::exists(elsewhere + "/lock"));
@@ -148,7 +148,7 @@ TEST_F(Files, AFolderIsReplacedWholeAndNothingIsLeftBeside) {
   for (const char* text : {"old", "new"}) {
     const Result<std::string> made = make_folder_beside(folder);
     ASSERT_TRUE(made.ok()) << made.status().message();
-    ASSERT_TRUE(write_atomically(*made + "/token", text, Readers::owner).ok());
+    ASSERT_TRUE(write_atomically(*made + "/token", text, FileMode::owner).ok());
     ASSERT_TRUE(replace_folder(*made, folder).ok());
     EXPECT_EQ(read_private_file(folder + "/token").value(), text);
   }
@@ -161,7 +161,7 @@ TEST_F(Files, AFolderIsReplacedWholeAndNothingIsLeftBeside) {
 }
 
 TEST_F(Files, AboveAMebibyteAreNotRead) {
-  ASSERT_TRUE(write_atomically(file_, std::string((1 << 20) + 1, 'x'), Readers::owner).ok());
+  ASSERT_TRUE(write_atomically(file_, std::string((1 << 20) + 1, 'x'), FileMode::owner).ok());
   EXPECT_EQ(read_private_file(file_).status().code(), StatusCode::resource_exhausted);
 }
 

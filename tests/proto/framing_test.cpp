@@ -36,7 +36,7 @@ struct Received {
 struct Listener {
   FrameReader reader;
   std::vector<Received> all;
-  FrameReader::Take take = [this](const LinkFrame& f) {
+  FrameReader::FrameCallback take = [this](const LinkFrame& f) {
     all.push_back({f.kind, f.session, f.sequence, {f.payload.begin(), f.payload.end()}});
   };
   void push(std::span<const std::byte> bytes) { reader.push(bytes, take); }

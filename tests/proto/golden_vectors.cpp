@@ -12,7 +12,7 @@ Descriptor base() {
   d.time = {{1'000'000'000}, {12'000'000}, {15'000'000}};
   d.coverage = 1;
   d.bound = {0.01F, 0.005F, 0.002F, 0.0005F, 0.0002F};
-  d.probe_id = identity_of("golden");
+  d.probe_id = fnv1a_32("golden");
   d.calibration_id = 0x12345678;
   return d;
 }

@@ -120,8 +120,8 @@ struct Pair {
       : client(PairingExchange::begin(PairingSide::client, code_of_client)),
         probe(PairingExchange::begin(PairingSide::probe, code_of_probe)) {
     EXPECT_TRUE(client.ok() && probe.ok());
-    EXPECT_TRUE(client->meet(probe->share(), seen).ok());
-    EXPECT_TRUE(probe->meet(client->share(), shown).ok());
+    EXPECT_TRUE(client->process_peer_share(probe->share(), seen).ok());
+    EXPECT_TRUE(probe->process_peer_share(client->share(), shown).ok());
   }
   [[nodiscard]] bool agree() const {
     const bool one = client->confirms(probe->confirmation()), other = probe->confirms(client->confirmation());
@@ -156,7 +156,7 @@ template <class T>
 concept SealsAtAll = requires(T exchange) {
   std::move(exchange).seal(std::string_view());
 };
-static_assert(SealsAtAll<PairingExchange> && !SealsInPlace<PairingExchange> && !SealsAtAll<PairingReader>);
+static_assert(SealsAtAll<PairingExchange> && !SealsInPlace<PairingExchange> && !SealsAtAll<PairingChannel>);
 static_assert(!std::is_copy_constructible_v<PairingExchange> && !std::is_copy_assignable_v<PairingExchange>);
 
 TEST(PairingExchange, SealingUsesItUpAndLeavesAReader) {

@@ -225,9 +225,9 @@ def _light(fields):
     exponent = _exponent(fields["irradiance_exponent"], "a light's irradiance")
     radius = fields["angular_radius_e5"]
     _require(radius <= math.floor(math.pi / 2 * 1e5) + 2, f"angular radius {radius}e-5 rad")
-    doubt = _mantissas(fields["covariance_mantissa"], [0, 1, 3], COVARIANCE_MANTISSA, "a light's covariance")
+    covariance = _mantissas(fields["covariance_mantissa"], [0, 1, 3], COVARIANCE_MANTISSA, "a light's covariance")
     doubt_exponent = _exponent(fields["covariance_exponent"], "a light's covariance")
-    uu, uv, vv = {0: lambda: [0, 0, 0], 1: lambda: [doubt[0], 0, doubt[0]], 3: lambda: doubt}[len(doubt)]()
+    uu, uv, vv = {0: lambda: [0, 0, 0], 1: lambda: [covariance[0], 0, covariance[0]], 3: lambda: covariance}[len(covariance)]()
     return {"direction": [value / length for value in direction],
             "irradiance": [math.ldexp(value, exponent) for value in mantissa],
             "angular_radius_rad": min(radius / 1e5, math.pi / 2),

@@ -11,7 +11,7 @@
 namespace lightwell::test {
 namespace {
 
-bool somebody_listens(int port) {
+bool is_listening(int port) {
   const int s = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const sockaddr_in address = loopback(port);
   const bool yes = ::connect(s, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
@@ -53,7 +53,7 @@ Broker::Broker(BrokerOptions options) : options_(std::move(options)), port_(free
 
 void Broker::start() {
   child_.emplace(std::vector<std::string>{LIGHTWELL_MOSQUITTO, "-c", folder_.path("mosquitto.conf")});
-  EXPECT_TRUE(comes_true("the broker listens", [&] { return child_->ended() || somebody_listens(port_); }));
+  EXPECT_TRUE(becomes_true("the broker listens", [&] { return child_->ended() || is_listening(port_); }));
   EXPECT_FALSE(child_->ended()) << child_->err();
 }
 

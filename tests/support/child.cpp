@@ -94,9 +94,9 @@ std::optional<Ending> Child::ended() {
   return ending_;
 }
 
-Ending Child::wait(std::chrono::milliseconds patience) {
-  EXPECT_TRUE(comes_true(
-      "the process ends", [this] { return ended().has_value(); }, patience))
+Ending Child::wait(std::chrono::milliseconds timeout) {
+  EXPECT_TRUE(becomes_true(
+      "the process ends", [this] { return ended().has_value(); }, timeout))
       << "it said:\n"
       << out() << err();
   return ending_.value_or(Ending{});

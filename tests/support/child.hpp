@@ -44,7 +44,7 @@ class Child {
   /// Nothing while it runs.
   [[nodiscard]] std::optional<Ending> ended();
   /// Waits; a process that goes on running is a failure, told with all that it has said.
-  [[nodiscard]] Ending wait(std::chrono::milliseconds patience = kPatience);
+  [[nodiscard]] Ending wait(std::chrono::milliseconds timeout = kTestTimeout);
 
   /// So far.
   [[nodiscard]] std::string out() const;

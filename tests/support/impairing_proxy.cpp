@@ -17,7 +17,7 @@ namespace lightwell::test {
 namespace {
 
 /// What a router would hold; beyond, the sender is not read from.
-constexpr std::size_t kMostUnderWay = 4 << 20;
+constexpr std::size_t kMaxInFlightBytes = 4 << 20;
 
 [[noreturn]] void broken(const char* what) {
   std::cerr << "ImpairingProxy: " << what << " failed\n";
@@ -81,7 +81,7 @@ void ImpairingProxy::cut() {
   cut_ = true;
   (void)!::write(wake_[1], "", 1);
 }
-void ImpairingProxy::mend() {
+void ImpairingProxy::restore() {
   cut_ = false;
   (void)!::write(wake_[1], "", 1);
 }
@@ -127,7 +127,7 @@ void ImpairingProxy::accept_one() {
 }
 
 void ImpairingProxy::read_some(Pair& pair, std::size_t direction) {
-  Way& way = pair.ways[direction];
+  Flow& way = pair.ways[direction];
   std::vector<std::byte> bytes(16384);
   const ssize_t n = ::read(way.from, bytes.data(), bytes.size());
   if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
@@ -154,7 +154,7 @@ void ImpairingProxy::read_some(Pair& pair, std::size_t direction) {
   way.under_way.push_back({std::move(bytes), 0, due});
 }
 
-bool ImpairingProxy::write_due(Way& way) {
+bool ImpairingProxy::write_due(Flow& way) {
   while (!way.under_way.empty() && way.under_way.front().due <= Clock::now()) {
     Piece& piece = way.under_way.front();
     const ssize_t n =
@@ -181,8 +181,8 @@ void ImpairingProxy::run() {
     const std::size_t first = polled.size();
     auto next = Clock::now() + std::chrono::milliseconds(50);
     for (Pair& pair : pairs_) {
-      for (Way& way : pair.ways) {
-        const bool wanted = !way.ended && !held_ && way.held_bytes < kMostUnderWay;
+      for (Flow& way : pair.ways) {
+        const bool wanted = !way.ended && !held_ && way.held_bytes < kMaxInFlightBytes;
         polled.push_back({wanted ? way.from : -1, POLLIN, 0});
         const bool waiting = !held_ && !way.under_way.empty();
         const bool due = waiting && way.under_way.front().due <= Clock::now();
@@ -207,7 +207,7 @@ void ImpairingProxy::run() {
           if ((polled[at].revents & (POLLIN | POLLHUP | POLLERR)) != 0) read_some(*pair, direction);
       }
       if (!held_)
-        for (Way& way : pair->ways) over = !write_due(way) || over;
+        for (Flow& way : pair->ways) over = !write_due(way) || over;
       if (over) {
         ::close(pair->ways[0].from);
         ::close(pair->ways[1].from);

@@ -44,7 +44,7 @@ class ImpairingProxy {
   /// Connections are reset, new ones refused.
   void cut();
   /// After cut(): new ones are taken again.
-  void mend();
+  void restore();
 
   /// All that went that way so far, each connection's in one piece.
   [[nodiscard]] std::vector<std::byte> carried(Direction direction) const;
@@ -57,7 +57,7 @@ class ImpairingProxy {
     Clock::time_point due;
   };
   /// From one socket to the other.
-  struct Way {
+  struct Flow {
     int from = -1, to = -1;
     bool ended = false;  ///< The sender will send no more.
     std::deque<Piece> under_way;
@@ -65,7 +65,7 @@ class ImpairingProxy {
     Clock::time_point free_at{};  ///< Of the throttle.
   };
   struct Pair {
-    Way ways[2];
+    Flow ways[2];
     std::size_t number = 0;  ///< In carried_.
   };
 
@@ -74,7 +74,7 @@ class ImpairingProxy {
   void accept_one();
   void read_some(Pair& pair, std::size_t direction);
   /// False where the connection is over.
-  [[nodiscard]] bool write_due(Way& way);
+  [[nodiscard]] bool write_due(Flow& way);
   void close_all();
 
   const int server_port_;

@@ -25,7 +25,7 @@ Machine::Machine(const std::string& name) : name_(name) {
   namespaces_.emplace(std::vector<std::string>{LIGHTWELL_UNSHARE, "-m", "-n", "/bin/sh", "-c",
                                                "mount -t tmpfs none /run && mkdir /run/avahi-daemon && "
                                                "ip link set lo up && echo up && exec sleep infinity"});
-  EXPECT_TRUE(comes_true("the machine is up", [&] { return namespaces_->out() == "up\n" || namespaces_->ended(); }))
+  EXPECT_TRUE(becomes_true("the machine is up", [&] { return namespaces_->out() == "up\n" || namespaces_->ended(); }))
       << namespaces_->err();
   start_bus();
 }
@@ -39,7 +39,7 @@ std::vector<std::string> Machine::inside(std::vector<std::string> command) const
 void Machine::start_bus() {
   bus_.emplace(std::vector<std::string>{LIGHTWELL_DBUS_DAEMON, "--config-file=" + folder_.path("bus.conf"), "--nofork",
                                         "--nopidfile"});
-  EXPECT_TRUE(comes_true("the bus is there", [&] { return std::filesystem::exists(folder_.path("bus")); }))
+  EXPECT_TRUE(becomes_true("the bus is there", [&] { return std::filesystem::exists(folder_.path("bus")); }))
       << bus_->err();
 }
 
@@ -54,7 +54,7 @@ void Machine::start_avahi() {
       std::vector<std::string>{LIGHTWELL_NSENTER, "-t", std::to_string(pid()), "-m", "-n", LIGHTWELL_AVAHI_DAEMON,
                                "--no-drop-root", "--no-chroot", "--no-rlimits", "-f", folder_.path("avahi.conf")},
       ChildOptions{.environment = {environment()}});
-  EXPECT_TRUE(comes_true("avahi-daemon is there", [&] {
+  EXPECT_TRUE(becomes_true("avahi-daemon is there", [&] {
     return avahi_->ended() || avahi_->err().find("Server startup complete") != std::string::npos;
   })) << avahi_->err();
 }

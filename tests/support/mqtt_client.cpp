@@ -28,7 +28,7 @@ struct MqttClient::Callbacks {
   }
   static void message(mosquitto*, void* data, const mosquitto_message* m, const mosquitto_property* properties) {
     auto& self = *static_cast<MqttClient*>(data);
-    MqttNote note{m->topic,
+    BrokerMessage note{m->topic,
                   std::string(static_cast<const char*>(m->payload), static_cast<std::size_t>(m->payloadlen)),
                   m->retain,
                   {},
@@ -42,15 +42,15 @@ struct MqttClient::Callbacks {
     if (mosquitto_property_read_binary(properties, MQTT_PROP_CORRELATION_DATA, &bytes, &size, false) != nullptr)
       note.correlation.assign(static_cast<const char*>(bytes), size);
     std::free(bytes);
-    if (self.on_note_) self.on_note_(note);
+    if (self.on_message_) self.on_message_(note);
     const std::lock_guard lock(self.mutex_);
     self.notes_.push_back(std::move(note));
   }
 };
 
 MqttClient::MqttClient(int port, const std::vector<std::string>& subscriptions,
-                       std::function<void(const MqttNote&)> on_note)
-    : subscriptions_(subscriptions), on_note_(std::move(on_note)) {
+                       std::function<void(const BrokerMessage&)> on_message)
+    : subscriptions_(subscriptions), on_message_(std::move(on_message)) {
   mosquitto_lib_init();
   client_ = mosquitto_new(nullptr, true, this);
   mosquitto_int_option(client_, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
@@ -61,7 +61,7 @@ MqttClient::MqttClient(int port, const std::vector<std::string>& subscriptions,
   EXPECT_EQ(mosquitto_connect(client_, "127.0.0.1", port, 60), MOSQ_ERR_SUCCESS);
   EXPECT_EQ(mosquitto_loop_start(client_), MOSQ_ERR_SUCCESS);
   const std::size_t wanted = subscriptions_.empty() ? 1 : subscriptions_.size();
-  EXPECT_TRUE(comes_true("the client has what it subscribes to", [&] {
+  EXPECT_TRUE(becomes_true("the client has what it subscribes to", [&] {
     const std::lock_guard lock(mutex_);
     return subscribed_ >= wanted;
   }));
@@ -74,10 +74,10 @@ MqttClient::~MqttClient() {
 }
 
 void MqttClient::publish(const std::string& topic, const std::string& payload, Keep keep) {
-  publish(MqttNote{topic, payload, keep == Keep::retained, {}, {}});
+  publish(BrokerMessage{topic, payload, keep == Keep::retained, {}, {}});
 }
 
-int MqttClient::send(const MqttNote& note, int qos) {
+int MqttClient::send(const BrokerMessage& note, int qos) {
   mosquitto_property* properties = nullptr;
   if (!note.response_topic.empty())
     mosquitto_property_add_string(&properties, MQTT_PROP_RESPONSE_TOPIC, note.response_topic.c_str());
@@ -90,7 +90,7 @@ int MqttClient::send(const MqttNote& note, int qos) {
   return rc;
 }
 
-void MqttClient::publish(const MqttNote& note) {
+void MqttClient::publish(const BrokerMessage& note) {
   const auto published = [&] {
     const std::lock_guard lock(mutex_);
     return published_;
@@ -98,20 +98,20 @@ void MqttClient::publish(const MqttNote& note) {
   const std::size_t before = published();
   // QoS 1: it has come to the broker when this returns.
   EXPECT_EQ(send(note, 1), MOSQ_ERR_SUCCESS);
-  EXPECT_TRUE(comes_true("the broker has taken it", [&] { return published() > before; }));
+  EXPECT_TRUE(becomes_true("the broker has taken it", [&] { return published() > before; }));
 }
 
-void MqttClient::flood(const MqttNote& note, std::size_t times) {
+void MqttClient::flood(const BrokerMessage& note, std::size_t times) {
   for (std::size_t i = 0; i < times; ++i) EXPECT_EQ(send(note, 0), MOSQ_ERR_SUCCESS);
 }
 
-std::vector<MqttNote> MqttClient::notes() const {
+std::vector<BrokerMessage> MqttClient::notes() const {
   const std::lock_guard lock(mutex_);
   return notes_;
 }
 
-std::optional<MqttNote> MqttClient::newest(const std::string& topic) const {
-  EXPECT_TRUE(comes_true("something comes on " + topic, [&] { return count(topic) > 0; }));
+std::optional<BrokerMessage> MqttClient::newest(const std::string& topic) const {
+  EXPECT_TRUE(becomes_true("something comes on " + topic, [&] { return count(topic) > 0; }));
   const std::lock_guard lock(mutex_);
   for (auto note = notes_.rbegin(); note != notes_.rend(); ++note)
     if (note->topic == topic) return *note;
@@ -121,7 +121,7 @@ std::optional<MqttNote> MqttClient::newest(const std::string& topic) const {
 std::size_t MqttClient::count(const std::string& topic) const {
   const std::lock_guard lock(mutex_);
   std::size_t n = 0;
-  for (const MqttNote& note : notes_) n += note.topic == topic ? 1U : 0U;
+  for (const BrokerMessage& note : notes_) n += note.topic == topic ? 1U : 0U;
   return n;
 }
 

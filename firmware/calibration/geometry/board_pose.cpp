@@ -8,7 +8,7 @@ namespace lightwell::calibration {
 namespace {
 
 /// The second smallest singular value, relative to the largest, below which more than one homography fits.
-constexpr double kAmbiguous = 1e-7;
+constexpr double kMinSingularValueRatio = 1e-7;
 
 }  // namespace
 
@@ -35,7 +35,7 @@ std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Ve
   const Eigen::MatrixXd triangle =
       Eigen::HouseholderQR<Eigen::MatrixXd>(a).matrixQR().topRows(9).triangularView<Eigen::Upper>();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
-  if (!(svd.singularValues()(7) > kAmbiguous * svd.singularValues()(0))) return std::nullopt;
+  if (!(svd.singularValues()(7) > kMinSingularValueRatio * svd.singularValues()(0))) return std::nullopt;
   const Eigen::VectorXd v = svd.matrixV().col(8);
   Eigen::Matrix3d h;
   h << v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7), v(8);

@@ -11,7 +11,7 @@ namespace {
 constexpr double kSpacingPrior = 0.1, kAspectPrior = 0.01;
 /// Of half the longer side: 5 mm of a board of 20 cm.
 constexpr double kHeightPrior = 0.05;
-constexpr int kLargestPower = 4;
+constexpr int kMaxPower = 4;
 
 struct Extent {
   Vec3d middle;
@@ -45,7 +45,7 @@ std::vector<ShapeBasis> shape_basis(const Board& board) {
     out[i].per_number[1] = {from.x / 2, -from.y / 2, 0};
     const double u = from.x / extent.half, v = from.y / extent.half;
     std::size_t at = BoardShape::kFirstHeight;
-    for (int power = 2; power <= kLargestPower; ++power)
+    for (int power = 2; power <= kMaxPower; ++power)
       for (int k = 0; k <= power; ++k) out[i].per_number[at++].z = std::pow(u, power - k) * std::pow(v, k);
   }
   return out;

@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "calibration/geometry/sightings.hpp"
+#include "calibration/geometry/board_observations.hpp"
 
 namespace lightwell::calibration {
 

@@ -80,7 +80,7 @@ struct AnySighting {
           const T* board_q, const T* board_t, const T* offset, T* residual) const {
     Point<T> p = moved(board_q, board_t, on_board);
     p = moved(rig_q, rig_t, p);
-    p = carried(twist, *offset, p);
+    p = transform_by_twist(twist, *offset, p);
     p = moved(lens_q, lens_t, p);
     T u, v;
     if (!Model::project(lens, p.x(), p.y(), p.z(), u, v)) return false;
@@ -106,12 +106,12 @@ struct ShapedSighting {
 };
 
 /// Ceres tells of ranks and steps through glog, to standard error; here the answer tells.
-class Silence {
+class ScopedLogSilencer {
  public:
-  Silence() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
-  ~Silence() { FLAGS_minloglevel = before_; }
+  ScopedLogSilencer() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
+  ScopedLogSilencer(const ScopedLogSilencer&) = delete;
+  ScopedLogSilencer& operator=(const ScopedLogSilencer&) = delete;
+  ~ScopedLogSilencer() { FLAGS_minloglevel = before_; }
 
  private:
   int before_;
@@ -119,7 +119,7 @@ class Silence {
 
 class Bundle {
  public:
-  Bundle(const Sightings& sightings, const BundleState& start, const BundleOptions& options);
+  Bundle(const BoardObservations& observations, const BundleState& start, const BundleOptions& options);
 
   [[nodiscard]] Result<BundleFit> fit();
 
@@ -134,7 +134,7 @@ class Bundle {
 
   void build(Boards boards);
   template <class Model>
-  void add(const Picture& picture, const Sighting& s, Boards boards);
+  void add(const Picture& picture, const PointObservation& s, Boards boards);
   [[nodiscard]] bool moves() const { return options_.time_offset && lenses_.size() > 1; }
   /// Taken with the offset that is being fitted.
   [[nodiscard]] bool late(const Picture& picture) const { return moves() && picture.lens == 1; }
@@ -146,7 +146,7 @@ class Bundle {
   [[nodiscard]] std::vector<Cluster> clusters(const std::vector<double*>& shared);
   [[nodiscard]] Eigen::Index size_of(double* block) const { return problem_->ParameterBlockTangentSize(block); }
 
-  const Sightings& sightings_;
+  const BoardObservations& observations_;
   BundleOptions options_;
   std::vector<Lens> lenses_;
   std::vector<PoseBlock> rigs_, boards_;
@@ -158,24 +158,24 @@ class Bundle {
   std::vector<std::pair<ceres::ResidualBlockId, Residual>> blocks_;
 };
 
-Bundle::Bundle(const Sightings& sightings, const BundleState& start, const BundleOptions& options)
-    : sightings_(sightings), options_(options), offset_(start.time_offset_s) {
+Bundle::Bundle(const BoardObservations& observations, const BundleState& start, const BundleOptions& options)
+    : observations_(observations), options_(options), offset_(start.time_offset_s) {
   for (std::size_t k = 0; k < start.lenses.size(); ++k)
-    lenses_.push_back({start.lenses[k], numbers_of(start.lenses[k]), PoseBlock(start.lens_from_rig[k])});
+    lenses_.push_back({start.lenses[k], parameters_of(start.lenses[k]), PoseBlock(start.lens_from_rig[k])});
   for (const Pose& p : start.rig_from_world) rigs_.emplace_back(p);
   for (const Pose& p : start.world_from_board) boards_.emplace_back(p);
   shapes_ = start.shapes;
-  shapes_.resize(sightings.boards.size());
-  for (const Board& b : sightings.boards) bases_.push_back(shape_basis(b));
+  shapes_.resize(observations.boards.size());
+  for (const Board& b : observations.boards) bases_.push_back(shape_basis(b));
 }
 
 template <class Model>
-void Bundle::add(const Picture& picture, const Sighting& s, Boards boards) {
+void Bundle::add(const Picture& picture, const PointObservation& s, Boards boards) {
   constexpr int kValues = static_cast<int>(Model::kParameters), kShape = static_cast<int>(BoardShape::kParameters);
   Lens& lens = lenses_[static_cast<std::size_t>(picture.lens)];
   PoseBlock& rig = rigs_[static_cast<std::size_t>(picture.capture)];
   PoseBlock& board = boards_[static_cast<std::size_t>(s.board)];
-  const Vec3d& point = sightings_.boards[static_cast<std::size_t>(s.board)].points[static_cast<std::size_t>(s.point)];
+  const Vec3d& point = observations_.boards[static_cast<std::size_t>(s.board)].points[static_cast<std::size_t>(s.point)];
   ceres::LossFunction* loss = new ceres::HuberLoss(options_.robust_px);
   ceres::ResidualBlockId id = nullptr;
   if (boards == Boards::with_shapes) {
@@ -204,13 +204,13 @@ void Bundle::add(const Picture& picture, const Sighting& s, Boards boards) {
 void Bundle::build(Boards boards) {
   problem_ = std::make_unique<ceres::Problem>();
   blocks_.clear();
-  for (std::size_t i = 0; i < sightings_.pictures.size(); ++i) {
-    const Picture& picture = sightings_.pictures[i];
+  for (std::size_t i = 0; i < observations_.pictures.size(); ++i) {
+    const Picture& picture = observations_.pictures[i];
     // Where the motion is not known, nothing says where a late picture was taken.
     if (late(picture) && !twists_[static_cast<std::size_t>(picture.capture)]) continue;
-    for (std::size_t k = 0; k < picture.sightings.size(); ++k) {
+    for (std::size_t k = 0; k < picture.observations.size(); ++k) {
       with_model(lenses_[static_cast<std::size_t>(picture.lens)].model,
-                 [&](auto model, const auto&) { add<decltype(model)>(picture, picture.sightings[k], boards); });
+                 [&](auto model, const auto&) { add<decltype(model)>(picture, picture.observations[k], boards); });
       blocks_.back().second = {static_cast<int>(i), static_cast<int>(k), 0, 0};
     }
   }
@@ -235,14 +235,14 @@ void Bundle::build(Boards boards) {
 
 /// In pixels, as residuals are: the loss turns at three deviations of theirs.
 Eigen::VectorXd Bundle::prior_of(std::size_t board) const {
-  const auto sigmas = shape_prior(sightings_.boards[board]);
+  const auto sigmas = shape_prior(observations_.boards[board]);
   return options_.robust_px / 3 * Eigen::Map<const Eigen::VectorXd>(sigmas.data(), kShapeNumbers).cwiseInverse();
 }
 
 BundleState Bundle::state() const {
   BundleState out;
   for (const Lens& lens : lenses_) {
-    out.lenses.push_back(with_numbers(lens.model, lens.numbers.data()));
+    out.lenses.push_back(with_parameters(lens.model, lens.numbers.data()));
     out.lens_from_rig.push_back(lens.from_rig.pose());
   }
   for (const PoseBlock& p : rigs_) out.rig_from_world.push_back(p.pose());
@@ -283,7 +283,7 @@ void Bundle::find_residuals(BundleFit& out) {
 std::vector<Cluster> Bundle::clusters(const std::vector<double*>& shared) {
   std::vector<std::vector<ceres::ResidualBlockId>> of_capture(rigs_.size());
   for (const auto& [id, residual] : blocks_)
-    of_capture[static_cast<std::size_t>(sightings_.pictures[static_cast<std::size_t>(residual.picture)].capture)]
+    of_capture[static_cast<std::size_t>(observations_.pictures[static_cast<std::size_t>(residual.picture)].capture)]
         .push_back(id);
   ceres::Problem::EvaluateOptions options;
   options.num_threads = 1;
@@ -301,7 +301,7 @@ std::vector<Cluster> Bundle::clusters(const std::vector<double*>& shared) {
       for (int k = sparse.rows[static_cast<std::size_t>(row)]; k < sparse.rows[static_cast<std::size_t>(row) + 1]; ++k)
         dense(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
     constexpr Eigen::Index kPose = 6;
-    out[c] = eliminated(dense.rightCols(kPose), dense.leftCols(dense.cols() - kPose),
+    out[c] = eliminate_nuisance(dense.rightCols(kPose), dense.leftCols(dense.cols() - kPose),
                         Eigen::Map<const Eigen::VectorXd>(residuals.data(), sparse.num_rows));
   }
   return out;
@@ -391,10 +391,10 @@ void Bundle::find_pair_covariance(const Eigen::MatrixXd& c, Eigen::Index q, Eige
 }
 
 Result<BundleFit> Bundle::fit() {
-  const Silence silence;
+  const ScopedLogSilencer silence;
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = options_.most_iterations;
+  options.max_num_iterations = options_.max_iterations;
   options.function_tolerance = 1e-10;
   options.parameter_tolerance = 1e-12;
   options.num_threads = 1;
@@ -405,7 +405,7 @@ Result<BundleFit> Bundle::fit() {
     if (moves()) {
       std::vector<Pose> poses;
       for (const PoseBlock& p : rigs_) poses.push_back(p.pose());
-      twists_ = twists_of(sightings_, poses);
+      twists_ = twists_of(observations_, poses);
     }
     build(options_.shapes ? Boards::with_shapes : Boards::as_they_are);
     ceres::Solver::Summary summary;
@@ -423,8 +423,8 @@ Result<BundleFit> Bundle::fit() {
 
 }  // namespace
 
-Result<BundleFit> fit_bundle(const Sightings& sightings, const BundleState& start, const BundleOptions& options) {
-  return Bundle(sightings, start, options).fit();
+Result<BundleFit> fit_bundle(const BoardObservations& observations, const BundleState& start, const BundleOptions& options) {
+  return Bundle(observations, start, options).fit();
 }
 
 }  // namespace lightwell::calibration

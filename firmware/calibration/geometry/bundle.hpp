@@ -10,7 +10,7 @@
 #include <lightwell/result.hpp>
 
 #include "calibration/geometry/board_shape.hpp"
-#include "calibration/geometry/sightings.hpp"
+#include "calibration/geometry/board_observations.hpp"
 
 namespace lightwell::calibration {
 
@@ -31,13 +31,13 @@ struct BundleOptions {
   bool shapes = false;       ///< Fit the shapes of the boards.
   /// Residuals from here on count less and less (Huber), in pixels.
   double robust_px = 1;
-  int most_iterations = 200;
+  int max_iterations = 200;
 };
 
 /// One sighting's error after the fit.
 struct Residual {
   int picture = 0;
-  int sighting = 0;
+  int observation = 0;
   double x_px = 0, y_px = 0;  ///< Predicted less seen.
 };
 
@@ -68,7 +68,7 @@ struct BundleFit {
 
 /// From a good start to the best fit. failed_precondition where the solver does not converge or something cannot be
 /// told from the sightings (the message says what).
-[[nodiscard]] Result<BundleFit> fit_bundle(const Sightings& sightings, const BundleState& start,
+[[nodiscard]] Result<BundleFit> fit_bundle(const BoardObservations& observations, const BundleState& start,
                                            const BundleOptions& options);
 
 }  // namespace lightwell::calibration

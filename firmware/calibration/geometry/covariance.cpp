@@ -10,11 +10,11 @@ namespace {
 constexpr double kSingular = 1e-9;
 /// A cluster that alone determines a direction leaves no residual there; its score is then at most so many times
 /// enlarged.
-constexpr double kLeastFreedom = 0.05;
+constexpr double kMinLeverageComplement = 0.05;
 
 }  // namespace
 
-Cluster eliminated(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared, const Eigen::VectorXd& residuals) {
+Cluster eliminate_nuisance(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared, const Eigen::VectorXd& residuals) {
   const Eigen::VectorXd lengths = own.colwise().norm().cwiseMax(1e-300);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own * lengths.cwiseInverse().asDiagonal());
   Eigen::MatrixXd all(shared.rows(), shared.cols() + 1);
@@ -62,7 +62,7 @@ ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters, c
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> leverage(b.transpose() * b);
     seen += b.transpose() * b;
     const Eigen::VectorXd enlarge =
-        (1 - leverage.eigenvalues().array()).cwiseMax(kLeastFreedom).sqrt().inverse().matrix();
+        (1 - leverage.eigenvalues().array()).cwiseMax(kMinLeverageComplement).sqrt().inverse().matrix();
     scores.push_back(leverage.eigenvectors() * enlarge.asDiagonal() * leverage.eigenvectors().transpose() *
                      (b.transpose() * (c.residuals + c.jacobian * out.step)));
     middle += scores.back() * scores.back().transpose();

@@ -22,7 +22,7 @@ struct ClusteredCovariance {
 };
 
 /// Eliminates columns that only this cluster has: what `own` spans is projected out.
-[[nodiscard]] Cluster eliminated(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared,
+[[nodiscard]] Cluster eliminate_nuisance(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared,
                                  const Eigen::VectorXd& residuals);
 
 /// Sandwich covariance, clustered (Liang & Zeger 1986) and corrected for the leverage of each cluster (CR2, Bell &

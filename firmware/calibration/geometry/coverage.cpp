@@ -8,9 +8,9 @@ namespace lightwell::calibration {
 namespace {
 
 constexpr int kCellsAcross = 12;
-constexpr int kPicturesWanted = 20;
+constexpr int kMinPictures = 20;
 /// A region of the picture asks for a view where more than this share of its cells lacks some.
-constexpr double kLacking = 0.25;
+constexpr double kMaxUncoveredFraction = 0.25;
 
 }  // namespace
 
@@ -24,9 +24,9 @@ double Coverage::share() const {
   return counted > 0 ? static_cast<double>(known) / counted : 0;
 }
 
-Coverage coverage(const Sightings& sightings, int lens, double circle_px) {
+Coverage coverage(const BoardObservations& observations, int lens, double circle_px) {
   Coverage out;
-  const LensSize& size = sightings.lenses[static_cast<std::size_t>(lens)];
+  const LensSize& size = observations.lenses[static_cast<std::size_t>(lens)];
   const double cell = static_cast<double>(std::max(size.width, size.height)) / kCellsAcross;
   out.columns = std::max(1, static_cast<int>(std::lround(size.width / cell)));
   out.rows = std::max(1, static_cast<int>(std::lround(size.height / cell)));
@@ -40,11 +40,11 @@ Coverage coverage(const Sightings& sightings, int lens, double circle_px) {
       if (circle_px > 0 && std::hypot(x, y) > circle_px)
         out.counts[static_cast<std::size_t>(row * out.columns + column)] = false;
     }
-  for (const Picture& p : sightings.pictures) {
-    if (p.lens != lens || p.sightings.empty()) continue;
+  for (const Picture& p : observations.pictures) {
+    if (p.lens != lens || p.observations.empty()) continue;
     ++out.with_board;
     std::set<std::size_t> seen;
-    for (const Sighting& s : p.sightings) {
+    for (const PointObservation& s : p.observations) {
       const int column = std::clamp(static_cast<int>((s.pixel.x + 0.5) / size.width * out.columns), 0, out.columns - 1);
       const int row = std::clamp(static_cast<int>((s.pixel.y + 0.5) / size.height * out.rows), 0, out.rows - 1);
       seen.insert(static_cast<std::size_t>(row * out.columns + column));
@@ -54,7 +54,7 @@ Coverage coverage(const Sightings& sightings, int lens, double circle_px) {
   return out;
 }
 
-std::vector<std::string> advice(const Coverage& c) {
+std::vector<std::string> suggest_views(const Coverage& c) {
   std::vector<std::string> out;
   struct Region {
     double lacking;
@@ -69,9 +69,9 @@ std::vector<std::string> advice(const Coverage& c) {
       for (int row = down * c.rows / 3; row < (down + 1) * c.rows / 3; ++row)
         for (int column = across * c.columns / 3; column < (across + 1) * c.columns / 3; ++column) {
           counted += c.counts[static_cast<std::size_t>(row * c.columns + column)] ? 1 : 0;
-          lacking += c.lacks(column, row) ? 1 : 0;
+          lacking += c.needs_views(column, row) ? 1 : 0;
         }
-      if (counted == 0 || lacking <= kLacking * counted) continue;
+      if (counted == 0 || lacking <= kMaxUncoveredFraction * counted) continue;
       std::string where = down == 1 && across == 1 ? "middle"
                           : down == 1              ? kAcross[across]
                           : across == 1            ? kDown[down] + std::string(" part")
@@ -85,8 +85,8 @@ std::vector<std::string> advice(const Coverage& c) {
   std::stable_sort(regions.begin(), regions.end(),
                    [](const Region& a, const Region& b) { return a.lacking > b.lacking; });
   for (Region& r : regions) out.push_back(std::move(r.text));
-  if (c.with_board < kPicturesWanted)
-    out.push_back("take " + std::to_string(kPicturesWanted - c.with_board) +
+  if (c.with_board < kMinPictures)
+    out.push_back("take " + std::to_string(kMinPictures - c.with_board) +
                   " more pictures, the board tilted by 30 degrees and more");
   return out;
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/geometry/sightings.hpp"
+#include "calibration/geometry/board_observations.hpp"
 
 namespace lightwell::calibration {
 
@@ -18,7 +18,7 @@ struct Coverage {
   std::vector<bool> counts;   ///< By cell: whether the lens sees anything there.
   int with_board = 0;         ///< Pictures that show a board at all.
 
-  [[nodiscard]] bool lacks(int column, int row) const {
+  [[nodiscard]] bool needs_views(int column, int row) const {
     const auto at = static_cast<std::size_t>(row * columns + column);
     return counts[at] && pictures[at] < kEnough;
   }
@@ -28,10 +28,10 @@ struct Coverage {
 
 /// About 12 cells across the longer side. `circle_px`: radius of the picture's circle about its middle, outside of
 /// which nothing is asked for; 0: the whole picture.
-[[nodiscard]] Coverage coverage(const Sightings& sightings, int lens, double circle_px);
+[[nodiscard]] Coverage coverage(const BoardObservations& observations, int lens, double circle_px);
 
 /// What to do next, in words, nearest need first: "show the board in the upper left of the picture, towards its edge".
 /// Empty where enough was seen.
-[[nodiscard]] std::vector<std::string> advice(const Coverage& coverage);
+[[nodiscard]] std::vector<std::string> suggest_views(const Coverage& coverage);
 
 }  // namespace lightwell::calibration

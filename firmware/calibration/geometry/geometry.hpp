@@ -11,7 +11,7 @@
 #include <lightwell/result.hpp>
 
 #include "calibration/geometry/bundle.hpp"
-#include "calibration/geometry/sightings.hpp"
+#include "calibration/geometry/board_observations.hpp"
 
 namespace lightwell::calibration {
 
@@ -26,8 +26,8 @@ struct GeometryOptions {
 struct LensFit {
   ModelParameters model;
   std::vector<double> covariance;  ///< Of its numbers in projection.hpp's order, row by row.
-  double seen_rad = 0;             ///< The largest angle from the axis at which a point was seen.
-  double largest_rad = 0;          ///< Where the model ends.
+  double max_observed_angle_rad = 0;             ///< The largest angle from the axis at which a point was seen.
+  double max_model_angle_rad = 0;          ///< Where the model ends.
   /// What three deviations of the model's numbers do to directions, RMS over the angles that were seen, rad.
   double direction_uncertainty_rad = 0;
 };
@@ -55,13 +55,13 @@ struct GeometryFit {
   std::vector<double> pair_covariance;
   double time_offset_s = 0, time_offset_sigma_s = 0;
   BundleFit bundle;
-  Sightings used;                  ///< Those of the bundle: what was given less what was left out.
+  BoardObservations used;                  ///< Those of the bundle: what was given less what was left out.
   std::vector<std::string> notes;  ///< Worth saying: sightings that were left out, boards that are bent.
 };
 
 /// invalid_argument where sightings are no sightings (sizes, indices, NaN); failed_precondition where they do not tell:
 /// too few pictures or points, one tag alone, boards that all face the lens, boards or lenses that nothing joins, a
 /// kind of lens whose numbers the pictures do not determine. The message says what to do.
-[[nodiscard]] Result<GeometryFit> calibrate_geometry(const Sightings& sightings, const GeometryOptions& options);
+[[nodiscard]] Result<GeometryFit> calibrate_geometry(const BoardObservations& observations, const GeometryOptions& options);
 
 }  // namespace lightwell::calibration

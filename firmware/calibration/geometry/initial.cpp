@@ -19,10 +19,10 @@ using std::numbers::pi;
 /// Fields of view to start from, of the picture's shorter side; each reaches those about it.
 constexpr double kFields_deg[] = {60, 100, 140, 180, 220};
 /// A board's pose is worth having from so many points on.
-constexpr std::size_t kLeastPoints = 4;
+constexpr std::size_t kMinPoints = 4;
 /// Points that are this many medians from where a pose puts them, or of this angle where that is more, are left out of
 /// it.
-constexpr double kFarOff = 5, kNear_rad = 2e-3;
+constexpr double kOutlierMedians = 5, kNear_rad = 2e-3;
 constexpr int kPoseRounds = 6;
 
 LensParameters equidistant(const LensSize& size, double field_rad) {
@@ -37,9 +37,9 @@ LensParameters equidistant(const LensSize& size, double field_rad) {
 
 /// Without the few points that are elsewhere than they seem: what is many times further off than half of them is left
 /// out, and the rest tried again.
-std::optional<Pose> pose_of(const Sightings& all, const Picture& picture, int board, const CameraModel& camera) {
+std::optional<Pose> pose_of(const BoardObservations& all, const Picture& picture, int board, const CameraModel& camera) {
   std::vector<Vec3d> points, directions;
-  for (const Sighting& s : picture.sightings) {
+  for (const PointObservation& s : picture.observations) {
     if (s.board != board) continue;
     const std::optional<Vec3d> d = camera.unproject(s.pixel);
     if (!d) continue;
@@ -47,7 +47,7 @@ std::optional<Pose> pose_of(const Sightings& all, const Picture& picture, int bo
     directions.push_back(*d);
   }
   std::optional<Pose> pose;
-  for (int round = 0; round < kPoseRounds && points.size() >= kLeastPoints; ++round) {
+  for (int round = 0; round < kPoseRounds && points.size() >= kMinPoints; ++round) {
     pose = board_pose(points, directions);
     if (!pose) return pose;
     std::vector<double> off;
@@ -55,7 +55,7 @@ std::optional<Pose> pose_of(const Sightings& all, const Picture& picture, int bo
       off.push_back(angle_between(transformed(*pose, points[k]), directions[k]));
     std::vector<double> sorted = off;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double limit = kFarOff * std::max(sorted[sorted.size() / 2], kNear_rad);
+    const double limit = kOutlierMedians * std::max(sorted[sorted.size() / 2], kNear_rad);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
       if (off[k] > limit) continue;
@@ -66,26 +66,26 @@ std::optional<Pose> pose_of(const Sightings& all, const Picture& picture, int bo
     points.resize(kept);
     directions.resize(kept);
   }
-  return points.size() >= kLeastPoints ? board_pose(points, directions) : std::nullopt;
+  return points.size() >= kMinPoints ? board_pose(points, directions) : std::nullopt;
 }
 
 /// One lens's sightings with each board of each picture as a capture of its own of one board that has all points.
-struct Apart {
-  Sightings sightings;
+struct SplitByBoard {
+  BoardObservations observations;
   BundleState state;
   std::vector<std::pair<std::size_t, int>> captures;  ///< Picture and board that each was.
 };
 
-Apart taken_apart(const Sightings& all, int lens, const LensParameters& guess) {
-  Apart out;
-  out.sightings.lenses = {all.lenses[static_cast<std::size_t>(lens)]};
+SplitByBoard split_by_board(const BoardObservations& all, int lens, const LensParameters& guess) {
+  SplitByBoard out;
+  out.observations.lenses = {all.lenses[static_cast<std::size_t>(lens)]};
   std::vector<int> first_point;
   Board every;
   for (const Board& b : all.boards) {
     first_point.push_back(static_cast<int>(every.points.size()));
     every.points.insert(every.points.end(), b.points.begin(), b.points.end());
   }
-  out.sightings.boards = {every};
+  out.observations.boards = {every};
   out.state.lenses = {guess.model};
   out.state.lens_from_rig = {Pose{}};
   out.state.world_from_board = {Pose{}};
@@ -97,9 +97,9 @@ Apart taken_apart(const Sightings& all, int lens, const LensParameters& guess) {
       if (!pose) continue;
       Picture picture;
       picture.capture = static_cast<int>(out.captures.size());
-      for (const Sighting& s : all.pictures[i].sightings)
-        if (s.board == b) picture.sightings.push_back({0, first_point[static_cast<std::size_t>(b)] + s.point, s.pixel});
-      out.sightings.pictures.push_back(std::move(picture));
+      for (const PointObservation& s : all.pictures[i].observations)
+        if (s.board == b) picture.observations.push_back({0, first_point[static_cast<std::size_t>(b)] + s.point, s.pixel});
+      out.observations.pictures.push_back(std::move(picture));
       out.state.rig_from_world.push_back(*pose);
       out.captures.emplace_back(i, b);
     }
@@ -109,22 +109,22 @@ Apart taken_apart(const Sightings& all, int lens, const LensParameters& guess) {
 
 }  // namespace
 
-Result<LensStart> start_of_lens(const Sightings& sightings, int lens) {
-  LensStart best;
+Result<LensInitialization> initialize_lens(const BoardObservations& observations, int lens) {
+  LensInitialization best;
   best.rms_px = std::numeric_limits<double>::infinity();
   for (const double field : kFields_deg) {
-    const Apart start =
-        taken_apart(sightings, lens, equidistant(sightings.lenses[static_cast<std::size_t>(lens)], field * pi / 180));
+    const SplitByBoard start =
+        split_by_board(observations, lens, equidistant(observations.lenses[static_cast<std::size_t>(lens)], field * pi / 180));
     if (start.captures.empty()) continue;
     // A start from afar pulls in far sightings, too, so that all count alike at first.
     BundleOptions options;
     options.robust_px = 20;
-    options.most_iterations = 60;
-    const Result<BundleFit> fit = fit_bundle(start.sightings, start.state, options);
+    options.max_iterations = 60;
+    const Result<BundleFit> fit = fit_bundle(start.observations, start.state, options);
     if (!fit || !(fit->rms_px < best.rms_px)) continue;
     best.lens = std::get<KannalaBrandtParameters>(fit->state.lenses[0]);
     best.rms_px = fit->rms_px;
-    best.board_poses.assign(sightings.pictures.size(), std::vector<std::optional<Pose>>(sightings.boards.size()));
+    best.board_poses.assign(observations.pictures.size(), std::vector<std::optional<Pose>>(observations.boards.size()));
     best.tilt_rad = 0;
     std::vector<Vec3d> normals;
     for (std::size_t k = 0; k < start.captures.size(); ++k) {
@@ -142,10 +142,10 @@ Result<LensStart> start_of_lens(const Sightings& sightings, int lens) {
   return best;
 }
 
-Result<BundleState> join(const Sightings& sightings, const std::vector<LensStart>& lenses) {
-  const std::size_t boards = sightings.boards.size();
+Result<BundleState> initialize_bundle(const BoardObservations& observations, const std::vector<LensInitialization>& lenses) {
+  const std::size_t boards = observations.boards.size();
   std::size_t captures = 0;
-  for (const Picture& p : sightings.pictures) captures = std::max(captures, static_cast<std::size_t>(p.capture) + 1);
+  for (const Picture& p : observations.pictures) captures = std::max(captures, static_cast<std::size_t>(p.capture) + 1);
   std::vector<std::optional<Pose>> world_from_board(boards), rig_from_world(captures), lens_from_rig(lenses.size());
   world_from_board[0] = Pose{};
   lens_from_rig[0] = Pose{};
@@ -157,13 +157,13 @@ Result<BundleState> join(const Sightings& sightings, const std::vector<LensStart
     Pose pose;
   };
   std::vector<Link> links;
-  for (std::size_t i = 0; i < sightings.pictures.size(); ++i) {
-    const Picture& p = sightings.pictures[i];
+  for (std::size_t i = 0; i < observations.pictures.size(); ++i) {
+    const Picture& p = observations.pictures[i];
     for (std::size_t b = 0; b < boards; ++b) {
       const std::optional<Pose>& pose = lenses[static_cast<std::size_t>(p.lens)].board_poses[i][b];
       if (!pose) continue;
-      const auto points = std::count_if(p.sightings.begin(), p.sightings.end(),
-                                        [&](const Sighting& s) { return static_cast<std::size_t>(s.board) == b; });
+      const auto points = std::count_if(p.observations.begin(), p.observations.end(),
+                                        [&](const PointObservation& s) { return static_cast<std::size_t>(s.board) == b; });
       links.push_back({static_cast<std::size_t>(p.lens), static_cast<std::size_t>(p.capture), b,
                        static_cast<std::size_t>(points), *pose});
     }
@@ -191,14 +191,14 @@ Result<BundleState> join(const Sightings& sightings, const std::vector<LensStart
   for (std::size_t b = 0; b < boards; ++b) {
     if (world_from_board[b]) continue;
     return Status(StatusCode::failed_precondition,
-                  "calibration: board '" + sightings.boards[b].name + "' is joined to '" + sightings.boards[0].name +
+                  "calibration: board '" + observations.boards[b].name + "' is joined to '" + observations.boards[0].name +
                       "' by no picture; take pictures in which one lens sees both, or leave it out");
   }
   if (lens_from_rig.size() > 1 && !lens_from_rig[1])
     return Status(StatusCode::failed_precondition,
                   "calibration: no capture joins the two lenses; take some in which each of them sees a board");
   BundleState out;
-  for (const LensStart& l : lenses) out.lenses.emplace_back(l.lens);
+  for (const LensInitialization& l : lenses) out.lenses.emplace_back(l.lens);
   for (const auto& p : lens_from_rig) out.lens_from_rig.push_back(*p);
   for (const auto& p : world_from_board) out.world_from_board.push_back(*p);
   for (const auto& p : rig_from_world) out.rig_from_world.push_back(p.value_or(Pose{}));
@@ -244,13 +244,13 @@ std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& 
 
 /// The error that is left; infinite where the start does not reach all angles.
 template <class Model>
-double fit_alike(const KannalaBrandtParameters& lens, double largest_rad, std::array<double, 9>& values) {
+double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad, std::array<double, 9>& values) {
   ceres::Problem problem;
   const auto k = KannalaBrandtModel::values(lens);
   constexpr int kThetas = 40, kAzimuths = 12;
   for (int i = 1; i <= kThetas; ++i) {
     for (int j = 0; j < kAzimuths; ++j) {
-      const double theta = largest_rad * i / kThetas, phi = 2 * pi * j / kAzimuths;
+      const double theta = max_model_angle_rad * i / kThetas, phi = 2 * pi * j / kAzimuths;
       const Vec3d d{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
       PixelPosition p;
       double start[2];
@@ -275,11 +275,11 @@ double fit_alike(const KannalaBrandtParameters& lens, double largest_rad, std::a
 }  // namespace
 
 template <class Model>
-typename Model::Parameters alike(const KannalaBrandtParameters& lens, double largest_rad) {
+typename Model::Parameters equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad) {
   std::array<double, 9> best{};
   double least = std::numeric_limits<double>::infinity();
   for (std::array<double, 9> values : first_numbers(lens, Of<Model>{})) {
-    const double left = fit_alike<Model>(lens, largest_rad, values);
+    const double left = fit_equivalent_model<Model>(lens, max_model_angle_rad, values);
     if (!(left < least)) continue;
     least = left;
     best = values;
@@ -287,7 +287,7 @@ typename Model::Parameters alike(const KannalaBrandtParameters& lens, double lar
   return Model::from(best.data());
 }
 
-template DoubleSphereParameters alike<DoubleSphereModel>(const KannalaBrandtParameters&, double);
-template MeiParameters alike<MeiModel>(const KannalaBrandtParameters&, double);
+template DoubleSphereParameters equivalent_model<DoubleSphereModel>(const KannalaBrandtParameters&, double);
+template MeiParameters equivalent_model<MeiModel>(const KannalaBrandtParameters&, double);
 
 }  // namespace lightwell::calibration

@@ -8,8 +8,8 @@
 namespace lightwell::calibration {
 namespace {
 
-constexpr double kLongestGap_s = 1;
-constexpr std::size_t kLeastSeen = 8;
+constexpr double kMaxGap_s = 1;
+constexpr std::size_t kMinPoints = 8;
 
 /// Of T_after T_before^-1 over `seconds`.
 Twist between(const Pose& before, const Pose& after, double seconds) {
@@ -23,14 +23,14 @@ Twist between(const Pose& before, const Pose& after, double seconds) {
 
 }  // namespace
 
-std::vector<std::optional<Twist>> twists_of(const Sightings& sightings, std::span<const Pose> rig_from_world) {
+std::vector<std::optional<Twist>> twists_of(const BoardObservations& observations, std::span<const Pose> rig_from_world) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> time(rig_from_world.size(), kUnknown);
   std::vector<std::size_t> seen(rig_from_world.size());
-  for (const Picture& p : sightings.pictures) seen[static_cast<std::size_t>(p.capture)] += p.sightings.size();
+  for (const Picture& p : observations.pictures) seen[static_cast<std::size_t>(p.capture)] += p.observations.size();
   // A pose that hardly anything was seen from is no pose.
-  for (const Picture& p : sightings.pictures)
-    if (seen[static_cast<std::size_t>(p.capture)] >= kLeastSeen) time[static_cast<std::size_t>(p.capture)] = p.time_s;
+  for (const Picture& p : observations.pictures)
+    if (seen[static_cast<std::size_t>(p.capture)] >= kMinPoints) time[static_cast<std::size_t>(p.capture)] = p.time_s;
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < time.size(); ++i)
     if (std::isfinite(time[i])) order.push_back(i);
@@ -39,7 +39,7 @@ std::vector<std::optional<Twist>> twists_of(const Sightings& sightings, std::spa
   for (std::size_t k = 1; k + 1 < order.size(); ++k) {
     const std::size_t before = order[k - 1], at = order[k], after = order[k + 1];
     const double seconds = time[after] - time[before];
-    if (!(time[at] > time[before]) || !(time[after] > time[at]) || seconds > 2 * kLongestGap_s) continue;
+    if (!(time[at] > time[before]) || !(time[after] > time[at]) || seconds > 2 * kMaxGap_s) continue;
     out[at] = between(rig_from_world[before], rig_from_world[after], seconds);
   }
   return out;

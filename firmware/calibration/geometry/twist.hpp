@@ -10,7 +10,7 @@
 
 #include <lightwell/geometry.hpp>
 
-#include "calibration/geometry/sightings.hpp"
+#include "calibration/geometry/board_observations.hpp"
 
 namespace lightwell::calibration {
 
@@ -21,7 +21,7 @@ struct Twist {
 
 /// Where a point of the rig's frame is after `seconds`, to first order in the shift.
 template <class T>
-Eigen::Matrix<T, 3, 1> carried(const Twist& twist, const T& seconds, const Eigen::Matrix<T, 3, 1>& p) {
+Eigen::Matrix<T, 3, 1> transform_by_twist(const Twist& twist, const T& seconds, const Eigen::Matrix<T, 3, 1>& p) {
   // A turn by half angles, normalised: good to the third order, for offsets within which the rig hardly turns.
   const Eigen::Quaternion<T> q(T(1), T(0.5) * seconds * twist.turn.x, T(0.5) * seconds * twist.turn.y,
                                T(0.5) * seconds * twist.turn.z);
@@ -31,7 +31,7 @@ Eigen::Matrix<T, 3, 1> carried(const Twist& twist, const T& seconds, const Eigen
 
 /// By capture, from the poses before and after it in time (central differences); not known of the first, the last,
 /// beside gaps of more than a second, and where too little was seen.
-[[nodiscard]] std::vector<std::optional<Twist>> twists_of(const Sightings& sightings,
+[[nodiscard]] std::vector<std::optional<Twist>> twists_of(const BoardObservations& observations,
                                                           std::span<const Pose> rig_from_world);
 
 }  // namespace lightwell::calibration

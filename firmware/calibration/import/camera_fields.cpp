@@ -9,7 +9,7 @@ namespace lightwell {
 namespace {
 
 // As RigParameters::validate() has it.
-constexpr double kLargestSide = 16384;
+constexpr double kMaxSide_px = 16384;
 
 std::string text_of(double value) {
   char text[32];
@@ -27,7 +27,7 @@ std::string listed(std::span<const double> values) {
 
 std::string size_problem(double width, double height) {
   for (const double side : {width, height})
-    if (!(side >= 1 && side <= kLargestSide) || side != std::floor(side))
+    if (!(side >= 1 && side <= kMaxSide_px) || side != std::floor(side))
       return "a picture of " + text_of(width) + " x " + text_of(height) + " pixels; whole numbers from 1 to 16384";
   return {};
 }

@@ -23,9 +23,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 // after it has been through a file. Half a hundredth of a pixel of most lenses.
 constexpr double kPerDegree = 1000;
 // OpenCV's omnidir sample writes every corner that it saw into the file.
-constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
 // OpenCV's parser recurses without end; no calibration has more than four levels.
-constexpr int kDeepest = 1000;
+constexpr int kMaxNesting = 1000;
 
 constexpr std::array<std::pair<ImportKind, std::string_view>, 3> kKinds{{
     {ImportKind::opencv, "opencv"},
@@ -118,7 +118,7 @@ Status set_angle(const ImportedCamera& camera, const ImportOptions& options, Len
             camera.name + ": the model ends on the axis; its coefficients cannot be right"};
   lens.max_angle_rad = angle;
   if (!why.empty()) notes.push_back(camera.name + ": max_angle_deg " + degrees(angle) + ", " + why);
-  if (angle > std::numbers::pi / 2 && !camera.seen_behind)
+  if (angle > std::numbers::pi / 2 && !camera.valid_beyond_90_deg)
     notes.push_back(camera.name +
                     ": beyond 90 degrees the polynomial is an extrapolation: the calibration saw nothing "
                     "behind the lens's plane (z > 0)");
@@ -156,7 +156,7 @@ Status ImportOptions::validate() const {
 Result<ImportedCalibration> import_calibration(std::string_view text, const std::string& name,
                                                const ImportOptions& options) {
   if (Status s = options.validate(); !s.ok()) return s;
-  if (nesting(text) > kDeepest)
+  if (nesting(text) > kMaxNesting)
     return Status(StatusCode::invalid_argument, name + ": nests deeper than any calibration; is it the right file?");
   const Result<ImportKind> kind = options.kind ? Result<ImportKind>(*options.kind) : kind_of(text, name);
   if (!kind) return kind.status();
@@ -196,7 +196,7 @@ Result<ImportedCalibration> import_calibration_file(const std::string& path, con
     return Status(StatusCode::not_found, path + ": there is no such file");
   if (status.type() != std::filesystem::file_type::regular)
     return Status(StatusCode::invalid_argument, path + ": not a file");
-  if (std::filesystem::file_size(path, error) > kLargestFile || error)
+  if (std::filesystem::file_size(path, error) > kMaxFileBytes || error)
     return Status(StatusCode::invalid_argument, path + ": larger than 64 MiB, which no calibration is");
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

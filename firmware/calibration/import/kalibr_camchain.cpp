@@ -125,7 +125,7 @@ class Camera {
       const Result<std::vector<double>> k = distortion("k1 k2 k3 k4");
       if (!k) return k.status();
       out.model = kannala_brandt_of(*p, *k);
-      out.seen_behind = false;
+      out.valid_beyond_90_deg = false;
       return {};
     }
     if (distortion_ == "fov")

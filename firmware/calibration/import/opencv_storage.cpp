@@ -151,7 +151,7 @@ Result<Size> size_of(const Storage& file) {
 enum class Lens { unsaid, fisheye, pinhole };
 
 /// What the file itself says of its coefficients.
-Result<Lens> lens_said(const Storage& file) {
+Result<Lens> declared_lens_model(const Storage& file) {
   static const Names kFisheye{"fisheye", "equidistant"};
   static const Names kPinhole{"plumb_bob", "rational_polynomial", "radtan", "pinhole"};
   const Result<Field> flag = file.find({"fisheye_model"});
@@ -188,7 +188,7 @@ Result<ModelParameters> model_of(const Storage& file, const PinholeFields& p, Im
     if (d->size() != 4) return file.problem(d_field->key, "omnidir has 4 coefficients, k1 k2 p1 p2" + has);
     return *unified_lens(p, *xi, *d);
   }
-  const Result<Lens> lens = lens_said(file);
+  const Result<Lens> lens = declared_lens_model(file);
   if (!lens) return lens.status();
   if (*lens == Lens::fisheye || (*lens == Lens::unsaid && d->size() == 4)) {
     if (d->size() != 4) return file.problem(d_field->key, "fisheye has 4 coefficients, k1 k2 k3 k4" + has);
@@ -196,7 +196,7 @@ Result<ModelParameters> model_of(const Storage& file, const PinholeFields& p, Im
       out.notes.push_back(d_field->key +
                           ": taken as cv::fisheye's k1 k2 k3 k4, as the file does not say; k1 k2 p1 p2 of a "
                           "pinhole would look the same (write distortion_model: plumb_bob)");
-    out.cameras.front().seen_behind = false;
+    out.cameras.front().valid_beyond_90_deg = false;
     return ModelParameters(kannala_brandt_of(p, *d));
   }
   // cv::calibrateCamera's numbers of coefficients.

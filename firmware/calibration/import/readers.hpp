@@ -16,7 +16,7 @@ struct ImportedCamera {
   int width = 0, height = 0;
   ModelParameters model;
   /// Whether the format's own calibration can have seen directions beyond 90 degrees.
-  bool seen_behind = true;
+  bool valid_beyond_90_deg = true;
 };
 
 struct ImportedCameras {

@@ -143,7 +143,7 @@ Result<ImportedCameras> read_ros_camera_info(std::string_view text, const std::s
     if (count != 4)
       return info->problem(d->key, *model + " has 4 coefficients, k1 k2 k3 k4; here are " + std::to_string(count));
     camera.model = kannala_brandt_of(p, d->values);
-    camera.seen_behind = false;
+    camera.valid_beyond_90_deg = false;
   } else if (*model == "plumb_bob" || *model == "rational_polynomial") {
     const bool plumb = *model == "plumb_bob";
     if (plumb ? count != 4 && count != 5 : count != 8)

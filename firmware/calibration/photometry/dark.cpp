@@ -14,7 +14,7 @@ namespace {
 
 /// Values without codes are counted in so many: far finer than any noise.
 constexpr int kFineLevels = 65536;
-constexpr double kBrightestDark = 0.3;
+constexpr double kMaxDarkValue = 0.3;
 constexpr double kWindow = 6;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "dark: " + what}; }
@@ -155,7 +155,7 @@ double difference_variance(std::span<const double> differences, double least, do
 Result<double> dark_value_of(std::span<const Picture> pictures) {
   if (const Status s = check_alike(pictures, 1, "dark"); !s.ok()) return s;
   const double value = histogram_of(pictures).quantile(0.5);
-  if (value > kBrightestDark)
+  if (value > kMaxDarkValue)
     return invalid("the middle value is " + std::to_string(value) +
                    " of full scale: these pictures are not dark; cover the lens");
   return value;

@@ -9,13 +9,13 @@
 namespace lightwell::photometry {
 namespace {
 
-constexpr std::size_t kMostCandidates = 40000;
+constexpr std::size_t kMaxCandidates = 40000;
 constexpr int kTiles = 4;
 /// By so much of full scale a longer exposure may look darker and it is still noise.
-constexpr double kFall = 0.03;
+constexpr double kMaxDecrease = 0.03;
 /// Noise may carry some pixels of a block above saturation while their mean is below; leaving those blocks out would
 /// leave the dark ones.
-constexpr double kAbove = 0.015;
+constexpr double kSaturationMargin = 0.015;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "response: " + what}; }
 
@@ -39,7 +39,7 @@ Candidate candidate_at(std::span<const Picture> pictures, int x, int y, int chan
         low = std::min(low, v);
         high = std::max(high, v);
       }
-    const bool cut = high >= std::min(1.0, saturation + kAbove);
+    const bool cut = high >= std::min(1.0, saturation + kSaturationMargin);
     const double mean = cut ? std::max(high, 1.0) : sum / (options.block * options.block);
     out.series.values.push_back(mean);
     out.shade += std::clamp(mean, 0.0, 1.0) / static_cast<double>(pictures.size());
@@ -52,7 +52,7 @@ Candidate candidate_at(std::span<const Picture> pictures, int x, int y, int chan
 bool rises(const PixelSeries& series, std::span<const std::size_t> order) {
   double highest = -1;
   for (const std::size_t j : order) {
-    if (series.values[j] < highest - kFall) return false;
+    if (series.values[j] < highest - kMaxDecrease) return false;
     highest = std::max(highest, series.values[j]);
   }
   return true;
@@ -80,7 +80,7 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return exposures[a] < exposures[b]; });
 
   int step = options.block;
-  while (static_cast<std::size_t>(first.width / step) * static_cast<std::size_t>(first.height / step) > kMostCandidates)
+  while (static_cast<std::size_t>(first.width / step) * static_cast<std::size_t>(first.height / step) > kMaxCandidates)
     ++step;
   std::vector<Candidate> candidates;
   std::size_t moved = 0;

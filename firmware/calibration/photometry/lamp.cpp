@@ -14,7 +14,7 @@ namespace {
 
 /// The lamp's pixels are those of more than this share of its peak, and a rim of pixels around them for what the lens
 /// blurs.
-constexpr double kShareOfPeak = 0.1;
+constexpr double kMinShareOfPeak = 0.1;
 constexpr double kRim = 3;
 
 /// Linear light and solid angle a site.
@@ -87,7 +87,7 @@ Result<LampFinder> LampFinder::make(const LensParameters& lens) {
   return out;
 }
 
-Result<LampSighting> LampFinder::find(const Picture& picture, double exposure, std::optional<double> angle_rad,
+Result<LampObservation> LampFinder::find(const Picture& picture, double exposure, std::optional<double> angle_rad,
                                       const std::string& name) const {
   const auto invalid = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, name + ": " + what);
@@ -128,7 +128,7 @@ Result<LampSighting> LampFinder::find(const Picture& picture, double exposure, s
   if (!(light[peak] > around + 20 * noise && light[peak] > 0.05))
     return invalid("no lamp stands out; darken the room, or take it with a longer exposure");
 
-  const Blob blob = grow(sites, light, peak, around + kShareOfPeak * (light[peak] - around));
+  const Blob blob = grow(sites, light, peak, around + kMinShareOfPeak * (light[peak] - around));
   const double inner = blob.radius + kRim / pitch, outer = 1.5 * inner + kRim;
   const int across = std::min(sites.width, sites.height);
   if (2 * blob.radius > across / 10.0)
@@ -158,7 +158,7 @@ Result<LampSighting> LampFinder::find(const Picture& picture, double exposure, s
                   (3 * p.read_noise * p.read_noise + p.shot_noise * std::max(0.0, sites.light[k]));
     }
   const double background = median_of(ring);
-  LampSighting out;
+  LampObservation out;
   out.value = (sum - background * area) / exposure;
   out.deviation = std::sqrt(variance) / exposure;
   if (!(out.value > 0)) return invalid("no light is left of the lamp above its surroundings; darken the room");

@@ -25,7 +25,7 @@ class LampFinder {
   /// follows from the calibration's noise, where it has one. invalid_argument naming `name`, with what to do: another
   /// size than the lens's, no lamp that stands out, one that is saturated, wider than a tenth of the field, or cut by
   /// the picture's edge or the field's.
-  [[nodiscard]] Result<LampSighting> find(const Picture& picture, double exposure, std::optional<double> angle_rad,
+  [[nodiscard]] Result<LampObservation> find(const Picture& picture, double exposure, std::optional<double> angle_rad,
                                           const std::string& name) const;
 
  private:

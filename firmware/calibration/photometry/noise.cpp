@@ -14,9 +14,9 @@ namespace lightwell::photometry {
 namespace {
 
 constexpr std::size_t kBins = 24;
-constexpr std::size_t kLeastCount = 200;
-constexpr double kLeastCodes = 0.3;
-constexpr double kLeastRange = 3;
+constexpr std::size_t kMinCount = 200;
+constexpr double kMinCodes = 0.3;
+constexpr double kMinRange = 3;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "noise: " + what}; }
 
@@ -137,7 +137,7 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
     }
     for (const Bin& bin : bins) {
       // Where tails are cut, so is the variance.
-      if (bin.differences.size() < kLeastCount || bin.cut > 1e-3 * static_cast<double>(bin.differences.size()))
+      if (bin.differences.size() < kMinCount || bin.cut > 1e-3 * static_cast<double>(bin.differences.size()))
         continue;
       const auto size = static_cast<double>(bin.differences.size());
       const double slope = std::sqrt(bin.slope_squares / size);
@@ -147,7 +147,7 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
       level.rounding = slope * slope * code * code / 12;
       const double total = difference_variance(bin.differences, std::max(1e-9, slope * code / 2), level.count);
       level.variance = total - level.rounding;
-      if (code > 0 && std::sqrt(std::max(0.0, total)) < kLeastCodes * slope * code) {
+      if (code > 0 && std::sqrt(std::max(0.0, total)) < kMinCodes * slope * code) {
         ++hidden;
         continue;
       }
@@ -175,7 +175,7 @@ Result<NoiseEstimate> solve_noise(std::span<const NoiseLevel> levels, const std:
     lowest = std::min(lowest, l.mean);
     highest = std::max(highest, l.mean);
   }
-  if (!(highest >= kLeastRange * std::max(lowest, 1e-9)))
+  if (!(highest >= kMinRange * std::max(lowest, 1e-9)))
     return invalid("the levels of light span " + std::to_string(lowest) + " to " + std::to_string(highest) +
                    " only; let the brightest be at least three times the darkest");
   const bool with_dark = dark && dark->resolved && dark->read_deviation > 0;

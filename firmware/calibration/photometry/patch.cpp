@@ -10,7 +10,7 @@
 namespace lightwell::photometry {
 namespace {
 
-constexpr double kDarkest = 0.02, kMostUneven = 0.2, kMostSaturated = 1e-3;
+constexpr double kMinMean = 0.02, kMaxRelativeDeviation = 0.2, kMaxSaturatedFraction = 1e-3;
 constexpr const char* kChannel[] = {"red", "green", "blue"};
 
 }  // namespace
@@ -45,7 +45,7 @@ Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch, con
         values.push_back((linearized(photometry.response, v) - photometry.black_level) / (1 - photometry.black_level));
       }
     const std::string channel = kChannel[c];
-    if (saturated > kMostSaturated * out.count)
+    if (saturated > kMaxSaturatedFraction * out.count)
       return invalid("the patch is saturated in " + channel + "; take it with a shorter exposure");
     double mean = median_of(values), deviation = 0, count = 0;
     std::vector<double> centred = values;
@@ -65,10 +65,10 @@ Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch, con
                            rounding_deviation(picture.levels));
       mean += sum / count;
     }
-    if (!(mean > kDarkest))
+    if (!(mean > kMinMean))
       return invalid("the patch is too dark in " + channel + " (" + std::to_string(mean) +
                      " of full scale); take it with a longer exposure");
-    if (deviation > kMostUneven * mean || count < 0.9 * out.count)
+    if (deviation > kMaxRelativeDeviation * mean || count < 0.9 * out.count)
       return invalid("the patch is not even in " + channel +
                      "; choose one that lies inside the card, without a shadow");
     out.mean[static_cast<std::size_t>(c)] = mean;

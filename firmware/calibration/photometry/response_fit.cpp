@@ -18,7 +18,7 @@ using Samples = std::span<const ResponseSample>;
 /// By which the curve that is departed from may be wrong near dark.
 constexpr double kGammaDifference = 0.2;
 /// Of the lowest knots by that of the highest.
-constexpr double kLeastStiffness = 0.0025;
+constexpr double kMinStiffness = 0.0025;
 
 /// Calls with the first and the end of each pixel's samples.
 template <class Each>
@@ -141,7 +141,7 @@ double absolute_loss(Samples samples, std::size_t pixels, const LogCurve& curve)
   return sum;
 }
 
-ResponseFit fit_light(Samples samples, std::size_t pixels, const LogCurve& curve, double scale, double least_scale) {
+ResponseFit fit_light(Samples samples, std::size_t pixels, const LogCurve& curve, double scale, double min_scale) {
   const std::vector<double> logs = logs_of(samples, curve);
   ResponseFit fit;
   fit.log_light = median_light(samples, pixels, logs);
@@ -158,7 +158,7 @@ ResponseFit fit_light(Samples samples, std::size_t pixels, const LogCurve& curve
       scaled[k] = samples[k].hat * fit.residual[k];
       if (samples[k].hat > 0) counted.push_back(scaled[k]);
     }
-    fit.scale = scale > 0 ? scale : std::max(least_scale, lost * scale_about_zero(counted));
+    fit.scale = scale > 0 ? scale : std::max(min_scale, lost * scale_about_zero(counted));
     for (std::size_t k = 0; k < samples.size(); ++k)
       fit.weight[k] = samples[k].hat * samples[k].hat * tukey_weight(scaled[k] / fit.scale);
   };
@@ -183,12 +183,12 @@ LogCurve gamma_curve(double gamma, double dark) {
   return [gamma, black](double v) { return std::log(std::max(1e-12, (std::pow(v, gamma) - black) / (1 - black))); };
 }
 
-GammaFit fit_gamma(Samples samples, std::size_t pixels, double dark, double least_scale, double exposure_deviation) {
-  constexpr double kLeast = 0.2, kMost = 6;
+GammaFit fit_gamma(Samples samples, std::size_t pixels, double dark, double min_scale, double exposure_deviation) {
+  constexpr double kMinGamma = 0.2, kMaxGamma = 6;
   GammaFit out;
   double best = -1;
   for (int i = 0; i <= 40; ++i) {
-    const double gamma = kLeast * std::pow(kMost / kLeast, i / 40.0);
+    const double gamma = kMinGamma * std::pow(kMaxGamma / kMinGamma, i / 40.0);
     const double loss = absolute_loss(samples, pixels, gamma_curve(gamma, dark));
     if (best >= 0 && loss >= best) continue;
     best = loss;
@@ -203,14 +203,14 @@ GammaFit fit_gamma(Samples samples, std::size_t pixels, double dark, double leas
     return slope;
   };
   for (int pass = 0; pass < 12; ++pass) {
-    out.fit = fit_light(samples, pixels, gamma_curve(out.gamma, dark), 0, least_scale);
+    out.fit = fit_light(samples, pixels, gamma_curve(out.gamma, dark), 0, min_scale);
     const CentredSums sums = centred_sums(samples, slope_at(out.gamma), out.fit.residual, out.fit.weight);
     if (!(sums.normal(0, 0) > 0)) break;
     const double step = -sums.gradient(0) / sums.normal(0, 0);
-    out.gamma = std::clamp(out.gamma + std::clamp(step, -0.3, 0.3), kLeast, kMost);
+    out.gamma = std::clamp(out.gamma + std::clamp(step, -0.3, 0.3), kMinGamma, kMaxGamma);
     if (std::abs(step) < 1e-9) break;
   }
-  out.fit = fit_light(samples, pixels, gamma_curve(out.gamma, dark), 0, least_scale);
+  out.fit = fit_light(samples, pixels, gamma_curve(out.gamma, dark), 0, min_scale);
   const CentredSums sums = centred_sums(samples, slope_at(out.gamma), out.fit.residual, out.fit.weight);
   const double curvature = curvature_share(samples, out.fit) * sums.normal(0, 0);
   const double shared = exposure_deviation * exposure_deviation * sums.exposure.squaredNorm();
@@ -228,7 +228,7 @@ double departure_at(const DepartureFit& fit, double value) {
 }
 
 DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& base, double dark, int knots,
-                           double least_scale, double exposure_deviation, const Eigen::VectorXd& start) {
+                           double min_scale, double exposure_deviation, const Eigen::VectorXd& start) {
   DepartureFit out;
   for (int i = 0; i < knots; ++i) out.knots.push_back(dark + (1 - dark) * i / (knots - 1));
   out.departure = start.size() == knots ? start : Eigen::VectorXd::Zero(knots);
@@ -251,7 +251,7 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   for (Eigen::Index i = 0; i < knots - 3; ++i)
     for (Eigen::Index k = 0; k < 4 && i + k < n; ++k) {
       const double share = (static_cast<double>(i) + 1.5) / static_cast<double>(n);
-      bend(i, i + k) = std::max(share * share, kLeastStiffness) * kDifference[static_cast<std::size_t>(k)];
+      bend(i, i + k) = std::max(share * share, kMinStiffness) * kDifference[static_cast<std::size_t>(k)];
     }
   const Eigen::MatrixXd penalty = bend.transpose() * bend;
   const auto rank = static_cast<double>(knots - 3);
@@ -263,7 +263,7 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   double stiffness = 0, variance = 0;
   for (int pass = 0; pass < 15; ++pass) {
     const LogCurve curve = [&](double v) { return base(v) + departure_at(out, v); };
-    out.fit = fit_light(samples, pixels, curve, 0, least_scale);
+    out.fit = fit_light(samples, pixels, curve, 0, min_scale);
     const Eigen::VectorXd departed = basis * out.departure.head(n);
     for (std::size_t k = 0; k < samples.size(); ++k)
       plain[k] = out.fit.residual[k] - departed(static_cast<Eigen::Index>(k));
@@ -289,7 +289,7 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
     if (pass > 1 && moved < 1e-6) break;
   }
   const LogCurve curve = [&](double v) { return base(v) + departure_at(out, v); };
-  out.fit = fit_light(samples, pixels, curve, 0, least_scale);
+  out.fit = fit_light(samples, pixels, curve, 0, min_scale);
   out.freedom = solved.solve(normal).trace();
 
   // Between pixels residuals are independent, within one they need not be: the sandwich of White 1980, a pixel a

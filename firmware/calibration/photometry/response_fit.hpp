@@ -31,9 +31,9 @@ struct ResponseFit {
   double loss = 0;                ///< Sum of 2 * Tukey's loss: chi² where nothing is wrong.
 };
 
-/// `scale` 0: from the residuals, at least `least_scale`.
+/// `scale` 0: from the residuals, at least `min_scale`.
 [[nodiscard]] ResponseFit fit_light(std::span<const ResponseSample> samples, std::size_t pixels, const LogCurve& curve,
-                                    double scale, double least_scale);
+                                    double scale, double min_scale);
 
 /// The same with the sum of absolute residuals as `loss`: what a search starts from.
 [[nodiscard]] double absolute_loss(std::span<const ResponseSample> samples, std::size_t pixels, const LogCurve& curve);
@@ -46,7 +46,7 @@ struct GammaFit {
 /// x = (v^gamma - dark^gamma) / (1 - dark^gamma), gamma from 0.2 to 6. `exposure_deviation`: relative, of each
 /// exposure.
 [[nodiscard]] GammaFit fit_gamma(std::span<const ResponseSample> samples, std::size_t pixels, double dark,
-                                 double least_scale, double exposure_deviation);
+                                 double min_scale, double exposure_deviation);
 
 struct DepartureFit {
   std::vector<double> knots;   ///< Picture values, evenly spaced from dark to 1.
@@ -58,7 +58,7 @@ struct DepartureFit {
 
 /// `base` plus a smooth departure, linear between knots. `start`: a departure that is near already.
 [[nodiscard]] DepartureFit fit_departure(std::span<const ResponseSample> samples, std::size_t pixels,
-                                         const LogCurve& base, double dark, int knots, double least_scale,
+                                         const LogCurve& base, double dark, int knots, double min_scale,
                                          double exposure_deviation, const Eigen::VectorXd& start = {});
 
 [[nodiscard]] double departure_at(const DepartureFit& fit, double value);

@@ -14,8 +14,8 @@
 namespace lightwell::photometry {
 namespace {
 
-constexpr double kLeastRange = 4;
-constexpr std::size_t kLeastPixels = 20;
+constexpr double kMinExposureRange = 4;
+constexpr std::size_t kMinPixels = 20;
 /// Values so near to dark are left out: their logarithm is mostly noise.
 constexpr double kFoot = 0.005;
 /// Weight begins so far above dark and ends so far below saturation: where noise could carry a value out of what is
@@ -44,7 +44,7 @@ Status check_exposures(const ResponseSamples& in) {
   if (different < 3)
     return invalid(std::to_string(different) +
                    " different exposures; take three or more, each twice as long as the one before");
-  if (sorted.back() < kLeastRange * sorted.front())
+  if (sorted.back() < kMinExposureRange * sorted.front())
     return invalid("the exposures span a factor of " + text(sorted.back() / sorted.front()) +
                    " only; let the longest be at least four times the shortest, 64 times or more is better");
   return {};
@@ -92,9 +92,9 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
       out.samples.push_back(s);
     }
   }
-  if (out.pixels < kLeastPixels)
+  if (out.pixels < kMinPixels)
     return invalid(std::to_string(out.pixels) + " pixels are neither dark nor saturated in two exposures or more, " +
-                   std::to_string(kLeastPixels) +
+                   std::to_string(kMinPixels) +
                    " are needed; choose exposures closer to each other, or a scene with more shades");
   if (median_of(follows) < 0.02)
     return invalid(

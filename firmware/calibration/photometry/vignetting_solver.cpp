@@ -13,8 +13,8 @@
 namespace lightwell::photometry {
 namespace {
 
-constexpr std::size_t kLeastSightings = 8;
-constexpr double kLeastVignetting = 0.05;  // What a calibration may hold.
+constexpr std::size_t kMinObservations = 8;
+constexpr double kMinVignetting = 0.05;  // What a calibration may hold.
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "vignetting: " + what}; }
 
@@ -24,14 +24,14 @@ std::string degrees(double rad) {
   return out;
 }
 
-Status check_sightings(std::span<const LampSighting> sightings, double max_angle_rad) {
+Status check_sightings(std::span<const LampObservation> observations, double max_angle_rad) {
   if (!(max_angle_rad > 0 && max_angle_rad <= std::numbers::pi))
     return invalid("half the field of view must be above 0 and at most 180 deg");
-  if (sightings.size() < kLeastSightings)
-    return invalid(std::to_string(sightings.size()) + " sightings of the lamp, at least " +
-                   std::to_string(kLeastSightings) + " are needed; turn the camera in smaller steps");
+  if (observations.size() < kMinObservations)
+    return invalid(std::to_string(observations.size()) + " sightings of the lamp, at least " +
+                   std::to_string(kMinObservations) + " are needed; turn the camera in smaller steps");
   std::vector<double> angles;
-  for (const LampSighting& s : sightings) {
+  for (const LampObservation& s : observations) {
     if (!(s.angle_rad >= 0 && s.angle_rad <= 1.001 * max_angle_rad))
       return invalid("an angle of " + degrees(s.angle_rad) + " deg lies outside the field of " +
                      degrees(max_angle_rad) + " deg to either side");
@@ -60,18 +60,18 @@ Eigen::RowVector4d powers(double share) {
 
 }  // namespace
 
-Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sightings, double max_angle_rad) {
-  if (const Status s = check_sightings(sightings, max_angle_rad); !s.ok()) return s;
-  const auto n = static_cast<Eigen::Index>(sightings.size());
+Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> observations, double max_angle_rad) {
+  if (const Status s = check_sightings(observations, max_angle_rad); !s.ok()) return s;
+  const auto n = static_cast<Eigen::Index>(observations.size());
   // Angles as shares of the field and values of their median: the columns are then of one size.
   std::vector<double> values;
-  for (const LampSighting& s : sightings) values.push_back(s.value);
+  for (const LampObservation& s : observations) values.push_back(s.value);
   const double unit = median_of(values);
-  const bool all_known = std::all_of(sightings.begin(), sightings.end(), [](const auto& s) { return s.deviation > 0; });
+  const bool all_known = std::all_of(observations.begin(), observations.end(), [](const auto& s) { return s.deviation > 0; });
   Eigen::MatrixXd rows(n, 4);
   Eigen::VectorXd right(n), deviation(n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const LampSighting& s = sightings[static_cast<std::size_t>(k)];
+    const LampObservation& s = observations[static_cast<std::size_t>(k)];
     rows.row(k) = powers(s.angle_rad / max_angle_rad);
     right(k) = s.value / unit;
     deviation(k) = (all_known ? s.deviation : s.value) / unit;
@@ -79,7 +79,7 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sighti
 
   Eigen::Vector4d found = Eigen::Vector4d::Zero();
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
-  std::vector<double> scaled(sightings.size());
+  std::vector<double> scaled(observations.size());
   double scale = 1;
   for (int pass = 0; pass < 60; ++pass) {
     const Eigen::VectorXd root = weight.cwiseSqrt().cwiseQuotient(deviation);
@@ -137,7 +137,7 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sighti
 
   for (int i = 0; i <= 128; ++i) {
     const double left = powers(i / 128.0).dot(found) / found(0);
-    if (!(left >= kLeastVignetting))
+    if (!(left >= kMinVignetting))
       return invalid("the curve leaves " + std::to_string(left) + " of the light at " +
                      degrees(max_angle_rad * i / 128.0) +
                      " deg, at least 0.05 is needed; lower max_angle_deg to where the lens still sees");

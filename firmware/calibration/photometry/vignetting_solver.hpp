@@ -10,7 +10,7 @@
 
 namespace lightwell::photometry {
 
-struct LampSighting {
+struct LampObservation {
   double angle_rad = 0;  ///< From the lens's axis.
   double value = 0;      ///< The lamp's light, linear, by exposure and gain; any unit.
   double deviation = 0;  ///< Of `value`; 0: not known, all are taken to be equally sure for their size.
@@ -30,7 +30,7 @@ struct VignettingEstimate {
 /// invalid_argument, with what to do: fewer than eight sightings, none within a quarter of the field or none in its
 /// last tenth (a polynomial says nothing beyond its data), gaps of more than a third of the field, values that are not
 /// positive, and a curve that leaves less than 0.05 anywhere in the field.
-[[nodiscard]] Result<VignettingEstimate> solve_vignetting(std::span<const LampSighting> sightings,
+[[nodiscard]] Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> observations,
                                                           double max_angle_rad);
 
 /// Standard deviation of the curve at an angle.

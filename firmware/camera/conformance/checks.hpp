@@ -33,7 +33,7 @@ struct BackendUnderTest {
   /// Takes the device away while it streams; empty where a test cannot.
   std::function<void()> lose = nullptr;
   /// What is waited for comes within this, or never; long, because build machines are busy.
-  std::chrono::milliseconds patience{6000};
+  std::chrono::milliseconds timeout{6000};
 };
 
 /// So many frames a check looks at; at 30 per second that is 0.5 s.
@@ -47,13 +47,13 @@ using Violations = std::vector<std::string>;
 [[nodiscard]] Violations check_views(const BackendUnderTest& camera);
 [[nodiscard]] Violations check_exposures(const BackendUnderTest& camera);
 [[nodiscard]] Violations check_one_thread(const BackendUnderTest& camera);
-[[nodiscard]] Violations check_silence_after_stop(const BackendUnderTest& camera);
+[[nodiscard]] Violations check_no_push_after_stop(const BackendUnderTest& camera);
 [[nodiscard]] Violations check_restart(const BackendUnderTest& camera);
 [[nodiscard]] Violations check_states(const BackendUnderTest& camera);
-[[nodiscard]] Violations check_life_without_frames(const BackendUnderTest& camera);
+[[nodiscard]] Violations check_lifecycle_without_frames(const BackendUnderTest& camera);
 [[nodiscard]] Violations check_held_across_stop(const BackendUnderTest& camera);
-[[nodiscard]] Violations check_hoarding_sink(const BackendUnderTest& camera);
-[[nodiscard]] Violations check_release_elsewhere(const BackendUnderTest& camera);
+[[nodiscard]] Violations check_retaining_sink(const BackendUnderTest& camera);
+[[nodiscard]] Violations check_release_on_other_thread(const BackendUnderTest& camera);
 /// Only for Pace::own with a declared frame rate; nothing to find otherwise.
 [[nodiscard]] Violations check_slow_sink(const BackendUnderTest& camera);
 /// Only where `frames` is set; nothing to find otherwise.

@@ -35,19 +35,19 @@ TEST_P(CameraConformance, ExposuresAreOutsideTheDeclaredCycle) { expect_none(che
 
 TEST_P(CameraConformance, SeveralThreadsPush) { expect_none(check_one_thread(GetParam())); }
 
-TEST_P(CameraConformance, FramesComeAfterStop) { expect_none(check_silence_after_stop(GetParam())); }
+TEST_P(CameraConformance, FramesComeAfterStop) { expect_none(check_no_push_after_stop(GetParam())); }
 
 TEST_P(CameraConformance, StartsOnlyOnce) { expect_none(check_restart(GetParam())); }
 
 TEST_P(CameraConformance, StateIsWrong) { expect_none(check_states(GetParam())); }
 
-TEST_P(CameraConformance, HangsWhereNothingWasStarted) { expect_none(check_life_without_frames(GetParam())); }
+TEST_P(CameraConformance, HangsWhereNothingWasStarted) { expect_none(check_lifecycle_without_frames(GetParam())); }
 
 TEST_P(CameraConformance, HeldFramesChangeAcrossStop) { expect_none(check_held_across_stop(GetParam())); }
 
-TEST_P(CameraConformance, LentMemoryIsWrittenToOrLossesAreHidden) { expect_none(check_hoarding_sink(GetParam())); }
+TEST_P(CameraConformance, LentMemoryIsWrittenToOrLossesAreHidden) { expect_none(check_retaining_sink(GetParam())); }
 
-TEST_P(CameraConformance, ReleaseOnAnotherThreadIsLost) { expect_none(check_release_elsewhere(GetParam())); }
+TEST_P(CameraConformance, ReleaseOnAnotherThreadIsLost) { expect_none(check_release_on_other_thread(GetParam())); }
 
 TEST_P(CameraConformance, SlowSinkIsFollowedByABurst) {
   if (GetParam().pace == BackendUnderTest::Pace::taken) GTEST_SKIP() << "frames come as they are taken";

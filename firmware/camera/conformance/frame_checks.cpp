@@ -11,7 +11,7 @@ namespace {
 std::string frame_name(const FrameInfo& info) { return "frame " + std::to_string(info.sequence); }
 
 /// The frames of a short run; what went wrong on the way is in `violations`.
-std::vector<Seen> frames_of(const BackendUnderTest& camera, Violations& violations) {
+std::vector<ReceivedFrame> frames_of(const BackendUnderTest& camera, Violations& violations) {
   Session session(camera, violations);
   if (!session.collect() || !session.stop()) return {};
   return session.watcher().seen();
@@ -67,7 +67,7 @@ void check_declared(const CameraInfo& info, Violations& violations) {
 
 Violations check_sequence(const BackendUnderTest& camera) {
   Violations violations;
-  const std::vector<Seen> seen = frames_of(camera, violations);
+  const std::vector<ReceivedFrame> seen = frames_of(camera, violations);
   for (std::size_t i = 1; i < seen.size(); ++i)
     if (seen[i].info.sequence <= seen[i - 1].info.sequence)
       violations.push_back("sequence " + std::to_string(seen[i].info.sequence) + " comes after " +
@@ -77,16 +77,16 @@ Violations check_sequence(const BackendUnderTest& camera) {
 
 Violations check_times(const BackendUnderTest& camera) {
   // A frame that is older was stamped by another clock.
-  constexpr Duration kOldest = Duration::from_seconds(5);
+  constexpr Duration kMaxAge = Duration::from_seconds(5);
   Violations violations;
-  const std::vector<Seen> seen = frames_of(camera, violations);
+  const std::vector<ReceivedFrame> seen = frames_of(camera, violations);
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const FrameInfo& info = seen[i].info;
     const std::string name = frame_name(info);
     if (info.delivered < info.mid_exposure)
       violations.push_back(name + ": delivered before the middle of its exposure");
     if (info.delivered > seen[i].at) violations.push_back(name + ": delivered in the future");
-    if (seen[i].at - info.mid_exposure > kOldest)
+    if (seen[i].at - info.mid_exposure > kMaxAge)
       violations.push_back(name + ": its mid-exposure is " +
                            std::to_string((seen[i].at - info.mid_exposure).seconds()) + " s ago; not CLOCK_MONOTONIC?");
     if (info.row_readout.ns < 0) violations.push_back(name + ": rows are read backwards in time");
@@ -130,8 +130,8 @@ Violations check_exposures(const BackendUnderTest& camera) {
   if (!session.collect(std::max<std::size_t>(kFramesWanted, 2 * cycle.size() + 1)) || !session.stop())
     return violations;
   const FrameInfo* before = nullptr;
-  const std::vector<Seen> seen = session.watcher().seen();
-  for (const Seen& one : seen) {
+  const std::vector<ReceivedFrame> seen = session.watcher().seen();
+  for (const ReceivedFrame& one : seen) {
     const FrameInfo& info = one.info;
     const std::string name = frame_name(info);
     if (!positive(info.exposure_s)) violations.push_back(name + ": exposure is not positive");
@@ -158,7 +158,7 @@ Violations check_one_thread(const BackendUnderTest& camera) {
   Session session(camera, violations);
   if (!session.collect() || !session.stop()) return violations;
   std::set<std::thread::id> threads;
-  for (const Seen& seen : session.watcher().seen()) threads.insert(seen.thread);
+  for (const ReceivedFrame& seen : session.watcher().seen()) threads.insert(seen.thread);
   if (threads.size() != 1) violations.push_back("push() came from " + std::to_string(threads.size()) + " threads");
   if (threads.contains(std::this_thread::get_id()))
     violations.emplace_back("push() came from the thread that called start()");

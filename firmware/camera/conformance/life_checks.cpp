@@ -33,7 +33,7 @@ void linger(const Session& session) {
   std::this_thread::sleep_for(std::max(5 * session.interval(), std::chrono::milliseconds(100)));
 }
 
-void expect_silence(Session& session, const std::string& after, Violations& violations) {
+void expect_no_frames(Session& session, const std::string& after, Violations& violations) {
   const std::size_t before = session.watcher().count();
   linger(session);
   if (session.watcher().count() != before)
@@ -42,11 +42,11 @@ void expect_silence(Session& session, const std::string& after, Violations& viol
 
 }  // namespace
 
-Violations check_silence_after_stop(const BackendUnderTest& camera) {
+Violations check_no_push_after_stop(const BackendUnderTest& camera) {
   Violations violations;
   Session session(camera, violations);
   if (!session.collect() || !session.stop()) return violations;
-  expect_silence(session, "stop() had returned", violations);
+  expect_no_frames(session, "stop() had returned", violations);
   return violations;
 }
 
@@ -58,7 +58,7 @@ Violations check_restart(const BackendUnderTest& camera) {
     // Stopped at once, too: a thread that has only just begun must be able to end.
     if (!session.start() || !session.stop()) return violations;
     if (!session.collect() || !session.stop()) return violations;
-    const Seen first = session.watcher().seen().front();
+    const ReceivedFrame first = session.watcher().seen().front();
     if (run > 0 && first.info.mid_exposure <= last)
       violations.emplace_back("the first frame after a restart is older than the last one before");
     last = session.watcher().seen().back().info.mid_exposure;
@@ -78,7 +78,7 @@ Violations check_states(const BackendUnderTest& camera) {
   return violations;
 }
 
-Violations check_life_without_frames(const BackendUnderTest& camera) {
+Violations check_lifecycle_without_frames(const BackendUnderTest& camera) {
   Violations violations;
   {
     Result<std::unique_ptr<CameraBackend>> never_opened = camera.make();
@@ -107,7 +107,7 @@ Violations check_end(const BackendUnderTest& camera) {
                            " when all frames have come, not finished");
       return violations;
     }
-    expect_silence(session, "the end", violations);
+    expect_no_frames(session, "the end", violations);
     const std::size_t count = session.watcher().count();
     const bool all_must_come = camera.pace == BackendUnderTest::Pace::taken;
     if (count > camera.frames || (all_must_come && count < camera.frames))
@@ -127,7 +127,7 @@ Violations check_loss(const BackendUnderTest& camera) {
   if (!session.wait_for_state(State::lost))
     violations.push_back("the device is gone and the state is " + name_of(session.camera().state()) + ", not lost");
   if (!session.stop()) return violations;
-  expect_silence(session, "the loss and stop()", violations);
+  expect_no_frames(session, "the loss and stop()", violations);
   return violations;
 }
 

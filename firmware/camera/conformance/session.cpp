@@ -15,7 +15,7 @@ using Clock = std::chrono::steady_clock;
 
 void Watcher::push(Frame frame) {
   if (inside_.fetch_add(1) != 0) overlapped_ = true;
-  const Seen seen{frame.info, {monotonic_now_ns()}, std::this_thread::get_id()};
+  const ReceivedFrame seen{frame.info, {monotonic_now_ns()}, std::this_thread::get_id()};
   if (on_frame) on_frame(frame);
   {
     const std::lock_guard lock(mutex_);
@@ -38,7 +38,7 @@ std::vector<Frame> Watcher::take_kept() {
 }
 
 bool Watcher::wait_for(std::size_t frames, const CameraBackend& camera) const {
-  const Clock::time_point limit = Clock::now() + patience;
+  const Clock::time_point limit = Clock::now() + timeout;
   std::unique_lock lock(mutex_);
   while (seen_.size() < frames) {
     const CameraBackend::State state = camera.state();
@@ -50,8 +50,8 @@ bool Watcher::wait_for(std::size_t frames, const CameraBackend& camera) const {
   return true;
 }
 
-bool Watcher::wait_for_silence(std::chrono::milliseconds time, std::size_t most) const {
-  const Clock::time_point limit = Clock::now() + patience;
+bool Watcher::wait_until_idle(std::chrono::milliseconds time, std::size_t most) const {
+  const Clock::time_point limit = Clock::now() + timeout;
   std::unique_lock lock(mutex_);
   while (Clock::now() < limit && seen_.size() <= most) {
     const std::size_t before = seen_.size();
@@ -60,7 +60,7 @@ bool Watcher::wait_for_silence(std::chrono::milliseconds time, std::size_t most)
   return false;
 }
 
-std::vector<Seen> Watcher::seen() const {
+std::vector<ReceivedFrame> Watcher::seen() const {
   const std::lock_guard lock(mutex_);
   return seen_;
 }
@@ -77,7 +77,7 @@ bool Session::returns(const std::function<void(State&)>& call) const {
     call(*state);
     done->set_value();
   });
-  if (future.wait_for(patience_) == std::future_status::ready) {
+  if (future.wait_for(timeout_) == std::future_status::ready) {
     thread.join();
     return true;
   }
@@ -86,7 +86,7 @@ bool Session::returns(const std::function<void(State&)>& call) const {
 }
 
 Session::Session(const BackendUnderTest& camera, Violations& violations)
-    : violations_(violations), patience_(camera.patience) {
+    : violations_(violations), timeout_(camera.timeout) {
   Result<std::unique_ptr<CameraBackend>> made = camera.make();
   if (!made) {
     violations.push_back("make: " + made.status().message());
@@ -114,7 +114,7 @@ bool Session::start() { return start(std::make_shared<Watcher>()); }
 
 bool Session::start(std::shared_ptr<Watcher> watcher) {
   if (!good()) return false;
-  watcher->patience = patience_;
+  watcher->timeout = timeout_;
   state_->watchers.push_back(std::move(watcher));
   const Status started = camera().start(*state_->watchers.back());
   if (!started.ok()) violations_.push_back("start(): " + started.message());
@@ -131,7 +131,7 @@ bool Session::stop() {
 }
 
 bool Session::wait_for_state(CameraBackend::State wanted) {
-  const Clock::time_point limit = Clock::now() + patience_;
+  const Clock::time_point limit = Clock::now() + timeout_;
   while (camera().state() != wanted) {
     if (Clock::now() > limit) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -146,7 +146,7 @@ bool Session::collect(std::size_t frames) {
   return false;
 }
 
-std::size_t Session::least_lent() const { return static_cast<std::size_t>(frames_to_lend(std::max(1, bracket()))); }
+std::size_t Session::min_lent_frames() const { return static_cast<std::size_t>(required_buffer_count(std::max(1, bracket()))); }
 
 std::chrono::milliseconds Session::interval() const {
   const double rate = info_.frame_rate > 0 ? info_.frame_rate : 50;

@@ -16,7 +16,7 @@
 namespace lightwell::conformance {
 
 /// What is left of a frame once it is given back.
-struct Seen {
+struct ReceivedFrame {
   FrameInfo info;
   ProbeTime at;  ///< When push() was called.
   std::thread::id thread;
@@ -35,19 +35,19 @@ class Watcher final : public FrameSink {
   [[nodiscard]] std::vector<Frame> take_kept();
 
   /// Of the backend under test. Set before start().
-  std::chrono::milliseconds patience{0};
+  std::chrono::milliseconds timeout{0};
   /// Until `frames` have come in all; false when that takes too long or `camera` ends first.
   [[nodiscard]] bool wait_for(std::size_t frames, const CameraBackend& camera) const;
   /// Until none has come for `time`; false when more than `most` came in all, or it takes too long.
-  [[nodiscard]] bool wait_for_silence(std::chrono::milliseconds time, std::size_t most) const;
-  [[nodiscard]] std::vector<Seen> seen() const;
+  [[nodiscard]] bool wait_until_idle(std::chrono::milliseconds time, std::size_t most) const;
+  [[nodiscard]] std::vector<ReceivedFrame> seen() const;
   [[nodiscard]] std::size_t count() const;
   [[nodiscard]] bool overlapped() const { return overlapped_; }
 
  private:
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
-  std::vector<Seen> seen_;
+  std::vector<ReceivedFrame> seen_;
   std::vector<Frame> kept_;
   std::size_t keep_ = 0;
   std::atomic<int> inside_{0};
@@ -79,7 +79,7 @@ class Session {
   [[nodiscard]] const CameraInfo& info() const { return info_; }
   [[nodiscard]] int bracket() const { return static_cast<int>(info_.exposure_s.size()); }
   /// So many frames must be lent at once, and no camera has reason to lend four times as many.
-  [[nodiscard]] std::size_t least_lent() const;
+  [[nodiscard]] std::size_t min_lent_frames() const;
   /// Between two frames; a guess where frames come as they are taken.
   [[nodiscard]] std::chrono::milliseconds interval() const;
 
@@ -95,7 +95,7 @@ class Session {
 
   std::shared_ptr<State> state_ = std::make_shared<State>();
   Violations& violations_;
-  std::chrono::milliseconds patience_;
+  std::chrono::milliseconds timeout_;
   CameraInfo info_;
 };
 

@@ -63,7 +63,7 @@ void CellGrid::add_cell(std::span<const Pixel> pixels) {
 }
 
 void CellGrid::finish() {
-  whole_sphere_ = covered_ > kWholeSphere * 4 * std::numbers::pi;
+  whole_sphere_ = covered_ > kFullCoverage * 4 * std::numbers::pi;
   if (!whole_sphere_) return;
   using Matrix = Eigen::Matrix<double, kCellCoefficients, kCellCoefficients, Eigen::RowMajor>;
   Matrix gram = Matrix::Zero();
@@ -73,13 +73,13 @@ void CellGrid::finish() {
     gram.selfadjointView<Eigen::Lower>().rankUpdate(y, solid_angle_[cell]);
   }
   const Matrix full = gram.selfadjointView<Eigen::Lower>();
-  unevenness_ = (full - Matrix::Identity()).cwiseAbs().maxCoeff();
-  if (!(unevenness_ < kSoundFit)) return;
+  gram_deviation_ = (full - Matrix::Identity()).cwiseAbs().maxCoeff();
+  if (!(gram_deviation_ < kMaxGramDeviation)) return;
   const Matrix inverse = full.ldlt().solve(Matrix::Identity());
   inverse_gram_.assign(inverse.data(), inverse.data() + kCellCoefficients * kCellCoefficients);
 }
 
-void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> moved, Projection& out) const {
+void CellGrid::project(std::span<const CellSum> sums, std::span<const CentroidOverride> moved, Projection& out) const {
   std::array<std::array<double, kRowCount>, 3> total{};
   // Sums in float over a few hundred cells, then in double: rounding stays below 1e-6 of the largest coefficient.
   constexpr std::size_t kChunk = 256;
@@ -100,11 +100,11 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const Moved> mov
       for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
   }
   LightPoints points;
-  for (std::size_t begin = 0; begin < moved.size(); begin += LightPoints::kMost) {
+  for (std::size_t begin = 0; begin < moved.size(); begin += LightPoints::kMaxPoints) {
     float part[3][kRowCount] = {};
-    points.count = std::min(LightPoints::kMost, moved.size() - begin);
+    points.count = std::min(LightPoints::kMaxPoints, moved.size() - begin);
     for (std::size_t k = 0; k < points.count; ++k) {
-      const Moved& m = moved[begin + k];
+      const CentroidOverride& m = moved[begin + k];
       const CellSum& s = sums[m.cell];
       const Vec3f to = vec_cast<float>(m.centroid);
       points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;

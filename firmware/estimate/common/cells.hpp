@@ -53,7 +53,7 @@ class CellGrid {
   [[nodiscard]] bool whole_sphere() const { return whole_sphere_; }
   /// How far sums over these cells are from integrals over the sphere, for products of two functions of bands 0 to 6:
   /// the largest entry of Gram matrix less identity. Large where cells are few. 0 where the sphere is not whole.
-  [[nodiscard]] double unevenness() const { return unevenness_; }
+  [[nodiscard]] double gram_deviation() const { return gram_deviation_; }
   /// Projection is the least-squares fit: the sphere is whole and there are enough cells to make it sound.
   [[nodiscard]] bool fitted() const { return !inverse_gram_.empty(); }
   [[nodiscard]] float solid_angle(std::size_t cell) const { return solid_angle_[cell]; }
@@ -62,11 +62,11 @@ class CellGrid {
 
   /// `sums` has size() entries. A cell in `moved`, by ascending cell, is taken at its own centroid instead of as spread
   /// evenly over the cell: light that sits in a corner.
-  struct Moved {
+  struct CentroidOverride {
     std::size_t cell;
     Vec3d centroid;
   };
-  void project(std::span<const CellSum> sums, std::span<const Moved> moved, Projection& out) const;
+  void project(std::span<const CellSum> sums, std::span<const CentroidOverride> moved, Projection& out) const;
 
  private:
   std::vector<BasisRow> rows_;  ///< Mean of the functions over each cell, weighted by solid angle.
@@ -75,12 +75,12 @@ class CellGrid {
   std::vector<double> inverse_gram_;  ///< sh_count(kMaxBand) squared, row by row.
   double covered_ = 0;
   bool whole_sphere_ = false;
-  double unevenness_ = 0;
+  double gram_deviation_ = 0;
 };
 
 /// A rig counts as seeing the whole sphere from this share on: the rest is a few pixels at the rim.
-inline constexpr double kWholeSphere = 0.995;
-/// Up to this unevenness the fit is sound: its condition number stays below 49 times that of the identity.
-inline constexpr double kSoundFit = 0.02;
+inline constexpr double kFullCoverage = 0.995;
+/// Up to this gram_deviation the fit is sound: its condition number stays below 49 times that of the identity.
+inline constexpr double kMaxGramDeviation = 0.02;
 
 }  // namespace lightwell::estimate

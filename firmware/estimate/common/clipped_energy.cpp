@@ -41,10 +41,10 @@ RecoveryFault recover(const Descriptor& d, std::span<const ClippedLight> clipped
     whole += measured;
   }
   if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(seen)) return RecoveryFault::nothing_clipped;
-  if (at_receiver < kFacing * whole) return RecoveryFault::faces_away;
-  if (reading < (1 - kReadingError) * seen) return RecoveryFault::less_than_seen;
+  if (at_receiver < kMinReceiverFactor * whole) return RecoveryFault::faces_away;
+  if (reading < (1 - kMeterRelativeError) * seen) return RecoveryFault::below_observed;
   const auto factor = static_cast<float>(1 + std::max(0.0, reading - seen) / at_receiver);
-  const double unsure = kReadingError * reading / at_receiver;
+  const double unsure = kMeterRelativeError * reading / at_receiver;
   out.count = 0;
   for (const ClippedLight& c : clipped.first(std::min(clipped.size(), out.lights.size())))
     out.lights[out.count++] = {c.track, c.measured * factor, static_cast<float>(unsure * c.measured.luminance())};
@@ -62,14 +62,14 @@ Status status_of(RecoveryFault fault) {
     case RecoveryFault::faces_away:
       return {StatusCode::failed_precondition,
               "the clipped light hardly reaches a receiver that faces so: turn it towards the light"};
-    case RecoveryFault::less_than_seen:
+    case RecoveryFault::below_observed:
       return {StatusCode::invalid_argument, "the reading is less than what the camera saw without the clipped light"};
   }
   return {StatusCode::internal, "unknown"};
 }
 
-Recovered apply(Recovery& known, std::span<const ClippedLight> clipped, Descriptor& d) {
-  Recovered out;
+RecoveryResult apply(Recovery& known, std::span<const ClippedLight> clipped, Descriptor& d) {
+  RecoveryResult out;
   const auto is_clipped = [&](const RecoveredLight& r) {
     return std::any_of(clipped.begin(), clipped.end(), [&](const ClippedLight& c) { return c.track == r.track; });
   };

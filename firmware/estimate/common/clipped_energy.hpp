@@ -29,15 +29,15 @@ struct DiffuseConstraint {
 };
 
 /// A reading is trusted to this share of itself: luxmeters of class B (DIN 5032-7) and calibrated grey cards keep it.
-inline constexpr double kReadingError = 0.05;
+inline constexpr double kMeterRelativeError = 0.05;
 /// A light whose irradiance at the receiver is less than this share of its irradiance at normal incidence does not tell
 /// enough: the reading's error would be five times as large a share of the light.
-inline constexpr double kFacing = 0.2;
+inline constexpr double kMinReceiverFactor = 0.2;
 
 struct RecoveredLight {
   std::uint32_t track = 0;
   Irradiance irradiance;  ///< At normal incidence; at least what was measured.
-  float uncertainty = 0;  ///< Of its luminance, from kReadingError.
+  float uncertainty = 0;  ///< Of its luminance, from kMeterRelativeError.
 };
 
 /// What is known of lights while they stay clipped.
@@ -47,24 +47,24 @@ struct Recovery {
 };
 
 /// Why a reading tells nothing.
-enum class RecoveryFault : std::uint8_t { none, no_reading, nothing_clipped, faces_away, less_than_seen };
+enum class RecoveryFault : std::uint8_t { none, no_reading, nothing_clipped, faces_away, below_observed };
 
 /// Solves for the clipped lights of `d`, whose lights of the same tracks may hold an earlier recovery. Allocates
 /// nothing. `out` is filled where the answer is none. A reading that is less than what was seen, by less than
-/// kReadingError of it, finds nothing missing; by more, something is wrong with it.
+/// kMeterRelativeError of it, finds nothing missing; by more, something is wrong with it.
 [[nodiscard]] RecoveryFault recover(const Descriptor& d, std::span<const ClippedLight> clipped,
                                     const DiffuseConstraint& constraint, Recovery& out);
 /// ok for none; invalid_argument for readings that cannot be; failed_precondition where they do not tell.
 [[nodiscard]] Status status_of(RecoveryFault fault);
 
 /// What applying a recovery found.
-struct Recovered {
+struct RecoveryResult {
   bool all = false;        ///< Every clipped light is known.
   double uncertainty = 0;  ///< Sum over the lights, luminance at normal incidence.
 };
 
 /// Sets the lights of `d` that are in `clipped` to what is known of them. Of lights that are no longer clipped `known`
 /// forgets. With no light in `clipped`, `all` is false.
-Recovered apply(Recovery& known, std::span<const ClippedLight> clipped, Descriptor& d);
+RecoveryResult apply(Recovery& known, std::span<const ClippedLight> clipped, Descriptor& d);
 
 }  // namespace lightwell

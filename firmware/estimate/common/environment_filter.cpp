@@ -8,12 +8,12 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr int kFinestBase = 64;
+constexpr int kMaxBaseEdge = 64;
 /// Samples along the whole square: a third of a degree to a degree and a half apart, finer than any rig's cells need.
 constexpr int kSamplesAcross = 256;
 
 OctahedralGrid base_grid(int edge) {
-  const int base = std::min(2 * edge, kFinestBase);
+  const int base = std::min(2 * edge, kMaxBaseEdge);
   return {base, kSamplesAcross / base};
 }
 
@@ -47,7 +47,7 @@ std::size_t EnvironmentFilter::weights() const {
 }
 
 std::span<const Rgbx> EnvironmentFilter::run(std::span<const CellSum> sums) {
-  const auto clean = [](float v) { return v > 0 && v <= kLargestSum ? v : 0.0F; };
+  const auto clean = [](float v) { return v > 0 && v <= kMaxCellSum ? v : 0.0F; };
   for (std::size_t c = 0; c < light_.size(); ++c) {
     const CellSum s = c < sums.size() ? sums[c] : CellSum{};
     light_[c].v = {clean(s.r), clean(s.g), clean(s.b), 0};

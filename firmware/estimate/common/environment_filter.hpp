@@ -29,12 +29,12 @@ class EnvironmentFilter {
   [[nodiscard]] std::size_t weights() const;
 
   /// The texels of all levels, in the order of EnvironmentMap::texels, radiance in units of the sums by sr, never
-  /// negative and never NaN: of a sum, what is negative, NaN or beyond kLargestSum counts as dark. Too few sums leave
+  /// negative and never NaN: of a sum, what is negative, NaN or beyond kMaxCellSum counts as dark. Too few sums leave
   /// the other cells dark. Allocates nothing; lives until the next call.
   [[nodiscard]] std::span<const Rgbx> run(std::span<const CellSum> sums);
 
   /// No light of this world, and far enough from the end of a float for every product that follows.
-  static constexpr float kLargestSum = 1e24F;
+  static constexpr float kMaxCellSum = 1e24F;
 
  private:
   std::vector<EnvironmentLevel> levels_;

@@ -7,9 +7,9 @@ namespace {
 
 /// Half the side of a part that is taken as one, in units of the angle over which the lobe changes by its own size; and
 /// at most, in rad: the widest lobe still ends at a horizon.
-constexpr double kGrain = 0.1, kWidestGrain = 0.06;
+constexpr double kRelativeResolution = 0.1, kMaxResolution_rad = 0.06;
 /// Parts of less weight are left out: together less than rounding to the wire.
-constexpr double kLeastWeight = 1e-7;
+constexpr double kMinWeight = 1e-7;
 
 class LobeRow {
  public:
@@ -37,7 +37,7 @@ class LobeRow {
   /// Half the side of a part, at `cosine` from the lobe's middle, over which the lobe is nearly flat. It changes by its
   /// own size over its width in the middle, and over the angle to the middle farther out.
   [[nodiscard]] double grain(double cosine) const {
-    return std::min(kWidestGrain, kGrain * std::sqrt(width_ * width_ + 2 * std::max(0.0, 1 - cosine)));
+    return std::min(kMaxResolution_rad, kRelativeResolution * std::sqrt(width_ * width_ + 2 * std::max(0.0, 1 - cosine)));
   }
 
   void weigh_texels(Vec3f centre) {
@@ -73,7 +73,7 @@ class LobeRow {
   void take(Vec3f centre, std::size_t k, int i, int j) {
     const auto& layer = pyramid_.layers()[k];
     const std::size_t index = at(layer, i, j);
-    if (weight_[index] < kLeastWeight) return;
+    if (weight_[index] < kMinWeight) return;
     const double cosine = dot(texel_direction(layer.edge, i, j), centre);
     if (k == 0 || half_side_[k] < grain(cosine)) {
       row_.push_back({static_cast<std::uint32_t>(index), static_cast<float>(weight_[index])});
@@ -103,7 +103,7 @@ class LobeRow {
 MeanPyramid::MeanPyramid(const OctahedralGrid& grid) {
   std::vector<double> solid_angle = grid.solid_angle;
   layers_.push_back({grid.edge, 0, {}});
-  while (layers_.back().edge > kCoarsest) {
+  while (layers_.back().edge > kMinEdge) {
     const Layer& fine = layers_.back();
     Layer coarse{fine.edge / 2, fine.first + solid_angle.size(), {}};
     std::vector<double> sums;

@@ -13,7 +13,7 @@ namespace lightwell::estimate {
 /// An octahedral square and its means over 2x2, 4x4, ... texels, down to 4x4 in all, one after another in one list.
 class MeanPyramid {
  public:
-  static constexpr int kCoarsest = 4;
+  static constexpr int kMinEdge = 4;
   explicit MeanPyramid(const OctahedralGrid& grid);
 
   struct Layer {

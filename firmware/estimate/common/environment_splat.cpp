@@ -10,8 +10,8 @@ namespace {
 /// In radii of the disc with a cell's solid angle. Beyond kReach a cell gives nothing; the corner of a tile twice as
 /// long as wide lies at kSeen, and where nothing is that near, nobody looks.
 constexpr double kReach = 2, kSeen = 1.4;
-constexpr int kBalanceRounds = 200;
-constexpr double kBalanced = 1e-6;
+constexpr int kMaxSinkhornIterations = 200;
+constexpr double kSinkhornTolerance = 1e-6;
 /// A texel of whose samples a larger share is seen lies inside, not at the rim.
 constexpr double kInside = 0.999;
 
@@ -70,14 +70,14 @@ class Splat {
       : direction_(direction), solid_angle_(solid_angle), grid_(grid), boxes_(grid.sample) {
     for (std::size_t c = 0; c < size(); ++c)
       if (usable(c)) covered_ += solid_angle_[c];
-    whole_ = covered_ > kWholeSphere * 4 * std::numbers::pi;
+    whole_ = covered_ > kFullCoverage * 4 * std::numbers::pi;
   }
 
   SparseRows make() {
-    meet();
+    evaluate_kernels();
     if (whole_) close_gaps();
     gather_texels();
-    balance();
+    sinkhorn_balance();
     return rows();
   }
 
@@ -89,7 +89,7 @@ class Splat {
   }
 
   /// The kernel of every cell at the samples around it.
-  void meet() {
+  void evaluate_kernels() {
     seen_.assign(grid_.sample.size(), 0);
     for (std::size_t c = 0; c < size(); ++c) {
       if (!usable(c)) continue;
@@ -157,10 +157,10 @@ class Splat {
     parts_.resize(kept);
   }
 
-  void balance() {
+  void sinkhorn_balance() {
     const double full = whole_ ? 4 * std::numbers::pi / covered_ : 1;
     std::vector<double> of_texel(grid_.texels()), of_cell(size());
-    for (int round = 0; round < kBalanceRounds; ++round) {
+    for (int round = 0; round < kMaxSinkhornIterations; ++round) {
       // A whole sphere ends with the texels, so that constant is constant to the last digit; a part of one with the
       // cells, so that no light is lost at its rim.
       const bool texels = (round % 2 == 1) == whole_;
@@ -176,7 +176,7 @@ class Splat {
         worst = std::max(worst, std::abs(sum[k] - 1));
       }
       for (Shared& p : parts_) p.sr *= sum[texels ? p.at : p.cell];
-      if (worst < kBalanced && round % 2 == 1) return;
+      if (worst < kSinkhornTolerance && round % 2 == 1) return;
     }
   }
 

@@ -16,7 +16,7 @@ namespace lightwell::estimate {
 /// exactly once: then a constant sphere is constant, and energy is kept.
 ///
 /// `direction` (unit, probe frame) and `solid_angle` (sr; cells without any are passed over) go together; cells should
-/// not overlap. Where they cover the sphere (kWholeSphere) gaps are closed from the nearest cells; elsewhere what lies
+/// not overlap. Where they cover the sphere (kFullCoverage) gaps are closed from the nearest cells; elsewhere what lies
 /// farther from every cell than its own reach stays dark. Whoever wants another light there adds cells for it.
 [[nodiscard]] SparseRows splat_rows(std::span<const Vec3f> direction, std::span<const float> solid_angle,
                                     const OctahedralGrid& grid);

@@ -13,14 +13,14 @@ namespace {
 /// The brightest texel of a whole map comes to lie in [2^7, 2^8) of RGB9E5's 2^16: until the next whole map, light may
 /// grow 256 times, and 23 powers of two below it all nine bits are there.
 constexpr int kHeadroom = 7;
-constexpr double kLargestTexel = 65408;
+constexpr double kMaxTexel = 65408;
 
 float largest(const Rgbx& c) { return std::max({c.v[0], c.v[1], c.v[2]}); }
 
 Duration seconds(double s) { return Duration::from_seconds(std::clamp(s, 1e-3, 1e6)); }
 
 std::uint32_t encoded(const Rgbx& c, double unit) {
-  const auto in_units = [unit](float v) { return static_cast<float>(std::min(v * unit, kLargestTexel)); };
+  const auto in_units = [unit](float v) { return static_cast<float>(std::min(v * unit, kMaxTexel)); };
   return rgb9e5_encode(in_units(c.v[0]), in_units(c.v[1]), in_units(c.v[2]));
 }
 
@@ -47,7 +47,7 @@ bool EnvironmentUpdates::key_due(ProbeTime time) const {
 }
 
 bool EnvironmentUpdates::fits_key(float most) const {
-  return std::ldexp(static_cast<double>(most), -key_.exponent) <= kLargestTexel;
+  return std::ldexp(static_cast<double>(most), -key_.exponent) <= kMaxTexel;
 }
 
 void EnvironmentUpdates::reclaim(std::optional<EnvironmentMap>& out) {
@@ -116,13 +116,13 @@ void EnvironmentUpdates::find_changes(std::span<const Rgbx> texels, double facto
     const std::size_t count = texel_count(std::span(&level, 1));
     double sum = 0;
     for (const Rgbx& c : texels.subspan(at, count)) sum += largest(c);
-    const double dimmest = kDimmest * unit * sum / static_cast<double>(count);
+    const double dimmest = kMinRelativeTexel * unit * sum / static_cast<double>(count);
     for (const std::size_t end = at + count; at < end; ++at) {
       const std::array<float, 3> old = rgb9e5_decode(key_.texels[at]);
       const double least = options_.step * std::max(unit * largest(texels[at]), dimmest);
       bool differs = false;
       for (std::size_t k = 0; k < 3; ++k)
-        differs = differs || std::abs(std::min(unit * texels[at].v[k], kLargestTexel) - old[k]) > least;
+        differs = differs || std::abs(std::min(unit * texels[at].v[k], kMaxTexel) - old[k]) > least;
       const std::uint32_t now = differs ? encoded(texels[at], unit) : 0;
       if (differs && now != key_.texels[at]) {
         ++changed;

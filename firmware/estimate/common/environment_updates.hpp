@@ -19,7 +19,7 @@ struct EnvironmentUpdateOptions {
   /// reader waiting.
   double key_interval_s = 1;
   /// A texel is sent again where a channel differs from the whole map by more than this share of the texel's largest
-  /// channel, or of kDimmest times the level's mean where the texel is darker than that. Larger saves bytes.
+  /// channel, or of kMinRelativeTexel times the level's mean where the texel is darker than that. Larger saves bytes.
   double step = 0.01;
 };
 
@@ -43,7 +43,7 @@ class EnvironmentUpdates {
   /// Takes back what `out` holds, and leaves none.
   void reclaim(std::optional<EnvironmentMap>& out);
 
-  static constexpr double kDimmest = 0.1;
+  static constexpr double kMinRelativeTexel = 0.1;
 
  private:
   [[nodiscard]] bool key_due(ProbeTime time) const;

@@ -14,31 +14,31 @@ using Complex = std::complex<double>;
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr std::array kHertz = {100.0, 120.0};
-constexpr std::array kAnswer = {Flicker::hz100, Flicker::hz120};
+constexpr std::array kStates = {Flicker::hz100, Flicker::hz120};
 
 // The mains keep their frequency to 0.2 Hz, their flicker to twice that; within kSpan_s a step of 0.1 Hz is enough.
 constexpr double kDriftStepHz = 0.1;
 constexpr double kSpan_s = 2.5;
-constexpr double kEnoughPairs = 8;
+constexpr double kMinPairs = 8;
 // What exposures leave of the swing, squared: less is hidden.
-constexpr double kLeastSeen = 0.01;
+constexpr double kMinAttenuation2 = 0.01;
 // |h|² relative to the squares of what both exposures see is up to 2; 0.15 is bands that move by a tenth of their
 // distance. Slower ones could be the scene's.
 constexpr double kReach = 0.15;
 // How seldom chance may be so coherent, as a power of ten, a frame.
-constexpr double kSeldom = 8;
-constexpr double kCoherent = 0.5;
+constexpr double kFalseAlarmExponent = 8;
+constexpr double kMinCoherence = 0.5;
 // Of the coherence that it takes to say so first.
-constexpr double kStill = 0.7;
+constexpr double kCoherenceHysteresis = 0.7;
 constexpr double kClearly = 0.1;
 constexpr double kDeviations = 5;
-constexpr double kLeastModulation = 0.004;
-constexpr double kNone = 0.02;
+constexpr double kMinModulation = 0.004;
+constexpr double kMaxModulationForNone = 0.02;
 // How well the radiance of one row by two exposures agrees, after the parabola: responses are not known better.
 constexpr double kMismatch = 0.005;
 // Rounding of what comes in.
 constexpr double kFloor = 1e-4;
-constexpr double kNothing = std::numeric_limits<double>::infinity();
+constexpr double kInfiniteVariance = std::numeric_limits<double>::infinity();
 constexpr int kUnknowns = 5;
 
 double sinc(double x) { return std::abs(x) < 1e-9 ? 1 : std::sin(x) / x; }
@@ -48,41 +48,41 @@ bool equal_exposures(double a, double b) { return std::abs(a - b) <= 0.02 * std:
 }  // namespace
 
 /// The fit of one frequency to a series.
-struct FlickerDetector::Swing {
+struct FlickerDetector::Modulation {
   double explained = 0, total = 0;
   double modulation = 0, variance = 0;  ///< Of the lens that swings most; of the lens that knows least.
   double misfit = 0;        ///< Mean square along the rows of what bands do not explain, as if bands had made it.
-  double reach = kNothing;  ///< Mean |h|² of the mean seen², of the lens where it is least.
-  double seen = kNothing;   ///< Mean a², likewise.
-  double pairs = kNothing;  ///< How many count, where they are fewest.
+  double reach = kInfiniteVariance;  ///< Mean |h|² of the mean seen², of the lens where it is least.
+  double attenuation = kInfiniteVariance;   ///< Mean a², likewise.
+  double pairs = kInfiniteVariance;  ///< How many count, where they are fewest.
   double freedom = 0;       ///< Numbers of the pairs, two to a number, less those fitted.
 
   [[nodiscard]] double coherence() const { return total > 0 ? explained / total : 0; }
-  [[nodiscard]] bool visible() const { return pairs >= kEnoughPairs && seen >= kLeastSeen && reach >= kReach; }
+  [[nodiscard]] bool observable() const { return pairs >= kMinPairs && attenuation >= kMinAttenuation2 && reach >= kReach; }
 
   /// One lens more.
-  void add(const Swing& lens) {
+  void add(const Modulation& lens) {
     explained += lens.explained;
     total += lens.total;
     modulation = std::max(modulation, lens.modulation);
     variance = std::max(variance, lens.variance);
     misfit = std::max(misfit, lens.misfit);
     reach = std::min(reach, lens.reach);
-    seen = std::min(seen, lens.seen);
+    attenuation = std::min(attenuation, lens.attenuation);
     pairs = std::min(pairs, lens.pairs);
     freedom += lens.freedom;
   }
   /// One that shows nothing.
-  void add_blind() { reach = seen = pairs = 0; }
+  void mark_unobservable() { reach = attenuation = pairs = 0; }
 };
 
 FlickerDetector::FlickerDetector() {
-  for (Kept& k : kept_)
+  for (FrameProfile& k : profiles_)
     for (auto& lens : k.log) lens.assign(kMaxRowGroups, 0);
   for (auto& table : basis_) table.resize(kMaxRowGroups);
 }
 
-void FlickerDetector::lay_out() {
+void FlickerDetector::build_basis() {
   for (std::size_t f = 0; f < kFrequencies; ++f) {
     for (std::size_t g = 0; g < groups_; ++g) {
       const double begin = static_cast<double>(g) * group_rows_;
@@ -96,7 +96,7 @@ void FlickerDetector::lay_out() {
 }
 
 void FlickerDetector::reset() {
-  for (Kept& k : kept_) k.used = false;
+  for (FrameProfile& k : profiles_) k.used = false;
   same_.count = same_.next = 0;
   varied_.count = varied_.next = 0;
   started_ = false;
@@ -112,7 +112,7 @@ void FlickerDetector::Series::push(const Pair& pair) {
 
 FlickerEvidence FlickerDetector::evidence(Flicker frequency) const {
   for (std::size_t f = 0; f < kFrequencies; ++f)
-    if (kAnswer[f] == frequency) return evidence_[f];
+    if (kStates[f] == frequency) return evidence_[f];
   return {};
 }
 
@@ -136,7 +136,7 @@ Flicker FlickerDetector::add(const FrameInfo& info, std::span<const RowProfile> 
   if (started_) {
     const bool other = lenses.size() != lenses_ || first.radiance.size() != groups_ || first.rows != rows_ ||
                        first.group_rows != group_rows_ || readout_s != readout_s_;
-    if (other || elapsed(origin_ns_) < kept_[newest_].time_s) reset();
+    if (other || elapsed(origin_ns_) < profiles_[newest_].time_s) reset();
   }
   if (!started_) {
     started_ = true;
@@ -146,12 +146,12 @@ Flicker FlickerDetector::add(const FrameInfo& info, std::span<const RowProfile> 
     group_rows_ = first.group_rows;
     lenses_ = lenses.size();
     groups_ = first.radiance.size();
-    lay_out();
+    build_basis();
   }
 
-  const Kept& before = kept_[newest_];
-  newest_ = (newest_ + 1) % kept_.size();
-  Kept& now = kept_[newest_];
+  const FrameProfile& before = profiles_[newest_];
+  newest_ = (newest_ + 1) % profiles_.size();
+  FrameProfile& now = profiles_[newest_];
   now.used = true;
   now.time_s = elapsed(origin_ns_);
   now.exposure_s = info.exposure_s;
@@ -161,28 +161,28 @@ Flicker FlickerDetector::add(const FrameInfo& info, std::span<const RowProfile> 
       now.log[l][g] = v > 0 && std::isfinite(v) ? std::log(v) : std::numeric_limits<float>::quiet_NaN();
     }
   }
-  if (before.used && !equal_exposures(before.exposure_s, now.exposure_s)) pair_up(before, now, varied_);
-  for (std::size_t back = 1; back < kept_.size(); ++back) {
-    const Kept& older = kept_[(newest_ + kept_.size() - back) % kept_.size()];
+  if (before.used && !equal_exposures(before.exposure_s, now.exposure_s)) add_pair(before, now, varied_);
+  for (std::size_t back = 1; back < profiles_.size(); ++back) {
+    const FrameProfile& older = profiles_[(newest_ + profiles_.size() - back) % profiles_.size()];
     if (!older.used || !equal_exposures(older.exposure_s, now.exposure_s)) continue;
-    pair_up(older, now, same_);
+    add_pair(older, now, same_);
     break;
   }
-  return state_ = decide();
+  return state_ = classify();
 }
 
-void FlickerDetector::pair_up(const Kept& older, const Kept& newer, Series& into) const {
+void FlickerDetector::add_pair(const FrameProfile& older, const FrameProfile& newer, Series& into) const {
   // Frames of the same instant tell nothing, and frames long apart have different scenes.
   if (!(newer.time_s > older.time_s) || newer.time_s - older.time_s > kSpan_s / 4) return;
   Pair pair;
   pair.time_s = newer.time_s;
   for (std::size_t f = 0; f < kFrequencies; ++f) {
     // How much of the swing is left after an exposure, and after the mean over a group of rows.
-    const auto seen = [&](double exposure_s) {
+    const auto attenuation = [&](double exposure_s) {
       return sinc(kTwoPi / 2 * kHertz[f] * group_rows_ * readout_s_) * sinc(kTwoPi / 2 * kHertz[f] * exposure_s);
     };
-    const double a0 = seen(older.exposure_s), a1 = seen(newer.exposure_s);
-    pair.seen[f] = {a0, a1};
+    const double a0 = attenuation(older.exposure_s), a1 = attenuation(newer.exposure_s);
+    pair.attenuation[f] = {a0, a1};
     for (std::size_t i = 0; i < kDrifts; ++i) {
       const double hertz = kHertz[f] + (static_cast<double>(i) - (kDrifts - 1) / 2.0) * kDriftStepHz;
       pair.h[f][i] =
@@ -190,16 +190,16 @@ void FlickerDetector::pair_up(const Kept& older, const Kept& newer, Series& into
     }
     for (std::size_t l = 0; l < kMaxLenses; ++l) {
       if (readout_s_ > 0)
-        pair.bands[f][l] = l < lenses_ ? rolling(older, newer, l, f) : Bands{0, kNothing, kNothing};
+        pair.bands[f][l] = l < lenses_ ? rolling(older, newer, l, f) : BandFit{0, kInfiniteVariance, kInfiniteVariance};
       else
-        pair.bands[f][l] = l == 0 ? global(older, newer) : Bands{0, kNothing, kNothing};
+        pair.bands[f][l] = l == 0 ? global(older, newer) : BandFit{0, kInfiniteVariance, kInfiniteVariance};
     }
   }
   into.push(pair);
 }
 
 /// Least squares of a parabola and a sinusoid to the logarithm of the ratio along the rows.
-FlickerDetector::Bands FlickerDetector::rolling(const Kept& older, const Kept& newer, std::size_t lens,
+FlickerDetector::BandFit FlickerDetector::rolling(const FrameProfile& older, const FrameProfile& newer, std::size_t lens,
                                                 std::size_t frequency) const {
   using Vector = Eigen::Matrix<double, kUnknowns, 1>;
   Eigen::Matrix<double, kUnknowns, kUnknowns> normal = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
@@ -218,20 +218,20 @@ FlickerDetector::Bands FlickerDetector::rolling(const Kept& older, const Kept& n
     ++n;
   }
   const double covered_s = static_cast<double>(last - first + 1) * group_rows_ * readout_s_;
-  if (n < 2 * kUnknowns || covered_s * kHertz[frequency] < 1) return {0, kNothing, kNothing};
+  if (n < 2 * kUnknowns || covered_s * kHertz[frequency] < 1) return {0, kInfiniteVariance, kInfiniteVariance};
   const Eigen::LDLT<Eigen::Matrix<double, kUnknowns, kUnknowns>> solver(normal);
   const Vector fitted = solver.solve(right);
   const Eigen::Matrix<double, kUnknowns, kUnknowns> inverse =
       solver.solve(Eigen::Matrix<double, kUnknowns, kUnknowns>::Identity());
   const double left = std::max(0.0, squares - fitted.dot(right));
-  const double unexplained = left / static_cast<double>(n - kUnknowns) + kFloor * kFloor;
-  const double variance = unexplained * (inverse(3, 3) + inverse(4, 4));
-  if (!std::isfinite(variance) || !(variance > 0)) return {0, kNothing, kNothing};
-  return {{fitted[3], fitted[4]}, variance, unexplained};
+  const double residual_variance = left / static_cast<double>(n - kUnknowns) + kFloor * kFloor;
+  const double variance = residual_variance * (inverse(3, 3) + inverse(4, 4));
+  if (!std::isfinite(variance) || !(variance > 0)) return {0, kInfiniteVariance, kInfiniteVariance};
+  return {{fitted[3], fitted[4]}, variance, residual_variance};
 }
 
 /// All rows at once: the mean logarithm of the ratio, a real number.
-FlickerDetector::Bands FlickerDetector::global(const Kept& older, const Kept& newer) const {
+FlickerDetector::BandFit FlickerDetector::global(const FrameProfile& older, const FrameProfile& newer) const {
   double sum = 0, squares = 0;
   int n = 0;
   for (std::size_t l = 0; l < lenses_; ++l) {
@@ -243,43 +243,43 @@ FlickerDetector::Bands FlickerDetector::global(const Kept& older, const Kept& ne
       ++n;
     }
   }
-  if (n < 2) return {0, kNothing, kNothing};
+  if (n < 2) return {0, kInfiniteVariance, kInfiniteVariance};
   const double mean = sum / n;
-  const double unexplained = std::max(0.0, squares / n - mean * mean) + kFloor * kFloor;
-  return {{mean, 0}, unexplained / n + kFloor * kFloor, unexplained};
+  const double residual_variance = std::max(0.0, squares / n - mean * mean) + kFloor * kFloor;
+  return {{mean, 0}, residual_variance / n + kFloor * kFloor, residual_variance};
 }
 
-FlickerDetector::Swing FlickerDetector::fit(const Series& series, std::size_t frequency, std::size_t drift) const {
+FlickerDetector::Modulation FlickerDetector::fit(const Series& series, std::size_t frequency, std::size_t drift) const {
   const bool rolls = readout_s_ > 0;
-  const double now_s = kept_[newest_].time_s;
+  const double now_s = profiles_[newest_].time_s;
 
-  Swing all;
+  Modulation all;
   for (std::size_t l = 0; l < (rolls ? lenses_ : 1); ++l) {
     const auto each = [&](auto&& f) {
       for (std::size_t i = 0; i < series.count; ++i) {
         const Pair& p = series.pairs[i];
-        const Bands& b = p.bands[frequency][l];
-        if (b.variance < kNothing && now_s - p.time_s <= kSpan_s) f(p, b);
+        const BandFit& b = p.bands[frequency][l];
+        if (b.variance < kInfiniteVariance && now_s - p.time_s <= kSpan_s) f(p, b);
       }
     };
     // No pair counts more than a typical one, however well it fits: a few that happen to are no crowd of witnesses.
-    double typical = 0, unexplained = 0;
+    double typical = 0, residual_variance = 0;
     int n = 0;
-    each([&](const Pair&, const Bands& b) {
+    each([&](const Pair&, const BandFit& b) {
       typical += std::log(b.variance);
-      unexplained += std::log(b.unexplained);
+      residual_variance += std::log(b.residual_variance);
       ++n;
     });
     if (n < 3) {
-      all.add_blind();
+      all.mark_unobservable();
       continue;
     }
     typical = std::exp(typical / n);
 
-    double weight = 0, hh = 0, hhhh = 0, zz = 0, aa = 0, least = kNothing, most = 0;
+    double weight = 0, hh = 0, hhhh = 0, zz = 0, aa = 0, least = kInfiniteVariance, most = 0;
     Complex hz = 0, turned = 0;
-    each([&](const Pair& p, const Bands& b) {
-      const auto [a0, a1] = p.seen[frequency];
+    each([&](const Pair& p, const BandFit& b) {
+      const auto [a0, a1] = p.attenuation[frequency];
       const Complex h = p.h[frequency][drift];
       const double w = 1 / std::max(b.variance, typical), h2 = std::norm(h);
       weight += w;
@@ -297,20 +297,20 @@ FlickerDetector::Swing FlickerDetector::fit(const Series& series, std::size_t fr
     const double weakest = rolls ? hh : (hh - std::abs(turned)) / 2;
     const bool varied = rolls || most - least > 0.5;
     if (!(weakest > 1e-9 * hh) || !(aa > 0) || !varied) {
-      all.add_blind();
+      all.mark_unobservable();
       continue;
     }
     const Complex amplitude =
         rolls ? hz / hh : 2.0 * (hh * hz - std::conj(turned) * std::conj(hz)) / (hh * hh - std::norm(turned));
-    Swing one;
+    Modulation one;
     one.explained = (std::conj(hz) * amplitude).real();
     one.total = zz;
     one.modulation = std::abs(amplitude);
     // A frame is in two pairs: its noise counts up to twice where the bands alternate.
     one.variance = 2 * std::max(1.0, (zz - one.explained) / (rolls ? n - 1 : n - 2)) / weakest;
-    one.misfit = std::exp(unexplained / n) * weight / weakest;
+    one.misfit = std::exp(residual_variance / n) * weight / weakest;
     one.reach = (rolls ? 1 : 2) * weakest / aa;
-    one.seen = aa / (2 * weight);
+    one.attenuation = aa / (2 * weight);
     one.pairs = hh * hh / hhhh;
     one.freedom = rolls ? one.pairs - 1 : one.pairs / 2 - 1;
     all.add(one);
@@ -318,41 +318,41 @@ FlickerDetector::Swing FlickerDetector::fit(const Series& series, std::size_t fr
   return all;
 }
 
-FlickerEvidence FlickerDetector::judge(const Series& series, std::size_t frequency) const {
-  const Swing exact = fit(series, frequency, kDrifts / 2);
-  if (!exact.visible()) return {};
-  Swing best = exact;
+FlickerEvidence FlickerDetector::evaluate_frequency(const Series& series, std::size_t frequency) const {
+  const Modulation exact = fit(series, frequency, kDrifts / 2);
+  if (!exact.observable()) return {};
+  Modulation best = exact;
   for (std::size_t i = 0; i < kDrifts; ++i)
-    if (const Swing s = fit(series, frequency, i); s.coherence() > best.coherence()) best = s;
+    if (const Modulation s = fit(series, frequency, i); s.coherence() > best.coherence()) best = s;
   FlickerEvidence out;
-  out.visible = true;
+  out.observable = true;
   out.modulation = best.modulation;
   out.coherence = best.coherence();
   // A response that is known badly errs alike in all pairs of two exposures; rows that do not look like bands show it.
   const double alike = &series == &varied_ ? kMismatch * kMismatch / best.reach + best.misfit : 0;
   out.uncertainty = std::sqrt(best.variance + alike);
-  const double chance = 1 - std::pow(10, -kSeldom / std::max(best.freedom, 1.0));
-  out.needed = std::max(kCoherent, chance);
+  const double chance = 1 - std::pow(10, -kFalseAlarmExponent / std::max(best.freedom, 1.0));
+  out.coherence_threshold = std::max(kMinCoherence, chance);
   return out;
 }
 
-Flicker FlickerDetector::decide() {
+Flicker FlickerDetector::classify() {
   std::array<bool, kFrequencies> found{}, absent{};
   for (std::size_t f = 0; f < kFrequencies; ++f) {
     FlickerEvidence& e = evidence_[f];
-    e = judge(same_, f);
-    if (!e.visible && readout_s_ > 0)
-      if (const FlickerEvidence varied = judge(varied_, f); varied.visible) e = varied;
-    if (!e.visible) continue;
-    const double enough = e.needed * (state_ == kAnswer[f] ? kStill : 1);
-    found[f] = e.coherence >= enough && e.modulation > std::max(kDeviations * e.uncertainty, kLeastModulation);
-    absent[f] = e.modulation + 3 * e.uncertainty < kNone;
+    e = evaluate_frequency(same_, f);
+    if (!e.observable && readout_s_ > 0)
+      if (const FlickerEvidence varied = evaluate_frequency(varied_, f); varied.observable) e = varied;
+    if (!e.observable) continue;
+    const double enough = e.coherence_threshold * (state_ == kStates[f] ? kCoherenceHysteresis : 1);
+    found[f] = e.coherence >= enough && e.modulation > std::max(kDeviations * e.uncertainty, kMinModulation);
+    absent[f] = e.modulation + 3 * e.uncertainty < kMaxModulationForNone;
   }
   if (found[0] || found[1]) {
     // One lamp leaks into the other's frequency where frames are few: the better explanation must be clearly better.
     const std::size_t better = evidence_[1].coherence > evidence_[0].coherence ? 1 : 0;
     const bool clear = evidence_[better].coherence > evidence_[1 - better].coherence + kClearly;
-    return found[better] && clear ? kAnswer[better] : Flicker::unknown;
+    return found[better] && clear ? kStates[better] : Flicker::unknown;
   }
   return absent[0] && absent[1] ? Flicker::none : Flicker::unknown;
 }

@@ -48,11 +48,11 @@ struct RowProfile {
 /// What the last frames say about one frequency.
 struct FlickerEvidence {
   /// The frames would have shown it: enough pairs, rows over at least one period, |h| large enough.
-  bool visible = false;
+  bool observable = false;
   double modulation = 0;   ///< m: amplitude of the swing relative to the mean, the largest of the lenses.
   double uncertainty = 0;  ///< One deviation of it, from the scatter of the pairs of frames.
   double coherence = 0;    ///< 0 to 1.
-  double needed = 1;       ///< Coherence that chance reaches once in 1e8 frames, at least 0.5.
+  double coherence_threshold = 1;       ///< Coherence that chance reaches once in 1e8 frames, at least 0.5.
 };
 
 /// One thread; takes its memory when it is made (70 KB) and none later. About 15 µs a frame.
@@ -81,22 +81,22 @@ class FlickerDetector {
   static constexpr std::size_t kDrifts = 9;  ///< Frequencies tried around each; the middle one is exact.
 
   /// A frame's profile, logarithms.
-  struct Kept {
+  struct FrameProfile {
     double time_s = 0, exposure_s = 0;
     bool used = false;
     std::array<std::vector<float>, kMaxLenses> log;  ///< NaN where a group says nothing.
   };
   /// What one lens shows of one frequency in a pair of frames: z and its variance, infinite where nothing, and the mean
   /// square of d that the fit leaves.
-  struct Bands {
+  struct BandFit {
     std::complex<double> z;
-    double variance = 0, unexplained = 0;
+    double variance = 0, residual_variance = 0;
   };
   struct Pair {
     double time_s = 0;                                                        ///< Of the newer frame.
-    std::array<std::array<double, 2>, kFrequencies> seen{};                   ///< a of the older and the newer one.
+    std::array<std::array<double, 2>, kFrequencies> attenuation{};                   ///< a of the older and the newer one.
     std::array<std::array<std::complex<double>, kDrifts>, kFrequencies> h{};  ///< At the frequencies tried.
-    std::array<std::array<Bands, kMaxLenses>, kFrequencies> bands;
+    std::array<std::array<BandFit, kMaxLenses>, kFrequencies> bands;
   };
   /// The last pairs.
   struct Series {
@@ -104,22 +104,22 @@ class FlickerDetector {
     std::size_t count = 0, next = 0;
     void push(const Pair& pair);
   };
-  struct Swing;
+  struct Modulation;
 
   [[nodiscard]] bool usable(const FrameInfo& info, std::span<const RowProfile> lenses) const;
-  void pair_up(const Kept& older, const Kept& newer, Series& into) const;
-  [[nodiscard]] Bands rolling(const Kept& older, const Kept& newer, std::size_t lens, std::size_t frequency) const;
-  [[nodiscard]] Bands global(const Kept& older, const Kept& newer) const;
-  [[nodiscard]] FlickerEvidence judge(const Series& series, std::size_t frequency) const;
-  [[nodiscard]] Swing fit(const Series& series, std::size_t frequency, std::size_t drift) const;
-  [[nodiscard]] Flicker decide();
+  void add_pair(const FrameProfile& older, const FrameProfile& newer, Series& into) const;
+  [[nodiscard]] BandFit rolling(const FrameProfile& older, const FrameProfile& newer, std::size_t lens, std::size_t frequency) const;
+  [[nodiscard]] BandFit global(const FrameProfile& older, const FrameProfile& newer) const;
+  [[nodiscard]] FlickerEvidence evaluate_frequency(const Series& series, std::size_t frequency) const;
+  [[nodiscard]] Modulation fit(const Series& series, std::size_t frequency, std::size_t drift) const;
+  [[nodiscard]] Flicker classify();
 
-  void lay_out();
+  void build_basis();
 
   /// 1, x, x², cos, -sin of each group.
   using Basis = std::array<double, 5>;
   std::array<std::vector<Basis>, kFrequencies> basis_;
-  std::array<Kept, kMaxBracket + 1> kept_;
+  std::array<FrameProfile, kMaxBracket + 1> profiles_;
   std::size_t newest_ = 0;
   Series same_, varied_;  ///< Pairs of equal and of different exposures.
   std::int64_t origin_ns_ = 0;

@@ -25,28 +25,28 @@ class LightTracker {
   void assign(std::span<Light> lights, ProbeTime time);
 
  private:
-  struct Known {
+  struct Track {
     Vec3f direction;
     Vec3f velocity;       ///< Of its direction, 1/s.
     Vec3f expected;       ///< Where its motion takes it.
     float luminance = 0;  ///< Of its irradiance, over the last frames.
     std::uint32_t track = 0;
-    float unseen_s = 0;  ///< Time since it was found.
-    bool taken = false;
+    float time_since_seen_s = 0;  ///< Time since it was found.
+    bool matched = false;
   };
   /// A known light and one of this frame that are near enough to be the same.
   struct Pair {
-    float misfit;
+    float association_cost;
     std::uint32_t light, known;
     friend auto operator<=>(const Pair&, const Pair&) = default;
   };
   /// Of taking `light` for `known`.
-  [[nodiscard]] static float misfit(const Known& known, const Light& light);
+  [[nodiscard]] static float association_cost(const Track& known, const Light& light);
 
   /// Of this frame's: seconds since the one before; 0 where time does not go on.
   [[nodiscard]] float advance(ProbeTime time);
 
-  std::vector<Known> known_;
+  std::vector<Track> tracks_;
   std::vector<Pair> pairs_;
   std::optional<ProbeTime> time_;  ///< Of the latest frame.
   std::uint32_t next_ = 1;

@@ -12,7 +12,7 @@ namespace lightwell::estimate {
 namespace {
 
 /// Of exposure_s * gain and its inverse: what is beyond would leave floats once it is squared.
-constexpr double kLargestScale = 1e15;
+constexpr double kMaxScale = 1e15;
 
 std::uint16_t word(const std::byte* at) {
   return static_cast<std::uint16_t>(std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8);
@@ -25,7 +25,7 @@ float float_at(const std::byte* at) {
   return v;
 }
 
-Status misfit(const std::string& what) { return {StatusCode::invalid_argument, "frame: " + what}; }
+Status format_mismatch(const std::string& what) { return {StatusCode::invalid_argument, "frame: " + what}; }
 
 }  // namespace
 
@@ -56,41 +56,41 @@ RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig
 }
 
 Status RowReader::bind(std::span<const Frame> bracket) {
-  if (bracket.empty() || bracket.size() > kMaxBracket) return misfit("a bracket has 1 to 8 exposures");
+  if (bracket.empty() || bracket.size() > kMaxBracket) return format_mismatch("a bracket has 1 to 8 exposures");
   exposure_count_ = 0;
   layout_ = nullptr;
   for (const Frame& frame : bracket) {
     if (frame.views().empty() || frame.views().size() > rig_.lenses.size())
-      return misfit("it has " + std::to_string(frame.views().size()) + " views, the calibration " +
+      return format_mismatch("it has " + std::to_string(frame.views().size()) + " views, the calibration " +
                     std::to_string(rig_.lenses.size()) + " lenses");
     Exposure& e = exposures_[exposure_count_++];
     unsigned lenses_seen = 0;
     for (const View& v : frame.views()) {
       if (v.lens < 0 || static_cast<std::size_t>(v.lens) >= rig_.lenses.size())
-        return misfit("lens " + std::to_string(v.lens) + " is not in the calibration");
+        return format_mismatch("lens " + std::to_string(v.lens) + " is not in the calibration");
       const LensParameters& lens = rig_.lenses[static_cast<std::size_t>(v.lens)];
       if (v.width != lens.width || v.height != lens.height)
-        return misfit("lens " + std::to_string(v.lens) + " gives " + std::to_string(v.width) + "x" +
+        return format_mismatch("lens " + std::to_string(v.lens) + " gives " + std::to_string(v.width) + "x" +
                       std::to_string(v.height) + " pixels, its calibration speaks of " + std::to_string(lens.width) +
                       "x" + std::to_string(lens.height));
       const bool pairs_across = v.format != PixelFormat::rgb8 && v.format != PixelFormat::rgb_f32;
       const bool pairs_down = pairs_across && v.format != PixelFormat::yuyv;
       if ((pairs_across && v.width % 2 != 0) || (pairs_down && v.height % 2 != 0))
-        return misfit(std::string(to_string(v.format)) + " needs an even size");
+        return format_mismatch(std::string(to_string(v.format)) + " needs an even size");
       if (v.stride < packed_stride(v.format, v.width) || v.data.size() < picture_bytes(v.format, v.stride, v.height))
-        return misfit("its data is shorter than its size says");
-      if ((lenses_seen >> v.lens & 1U) != 0) return misfit("the same lens came twice");
+        return format_mismatch("its data is shorter than its size says");
+      if ((lenses_seen >> v.lens & 1U) != 0) return format_mismatch("the same lens came twice");
       lenses_seen |= 1U << v.lens;
       e.view[static_cast<std::size_t>(v.lens)] = v;
     }
-    if (exposure_count_ > 1 && lenses_seen != lenses_seen_)
-      return misfit("a bracket's exposures are of different lenses");
-    lenses_seen_ = lenses_seen;
+    if (exposure_count_ > 1 && lenses_seen != present_lenses_)
+      return format_mismatch("a bracket's exposures are of different lenses");
+    present_lenses_ = lenses_seen;
     const double exposure = frame.info.exposure_s * frame.info.gain;
     if (!(exposure > 0) || !std::isfinite(exposure))
-      return misfit("exposure_s * gain is " + std::to_string(exposure) + "; it must be positive and finite");
-    if (!(exposure >= 1 / kLargestScale && exposure <= kLargestScale))
-      return misfit("exposure_s * gain is " + std::to_string(exposure) + "; no camera exposes so");
+      return format_mismatch("exposure_s * gain is " + std::to_string(exposure) + "; it must be positive and finite");
+    if (!(exposure >= 1 / kMaxScale && exposure <= kMaxScale))
+      return format_mismatch("exposure_s * gain is " + std::to_string(exposure) + "; no camera exposes so");
     e.radiance_per_linear = static_cast<float>(1 / exposure);
   }
   std::sort(exposures_.begin(), exposures_.begin() + static_cast<std::ptrdiff_t>(exposure_count_),
@@ -98,12 +98,12 @@ Status RowReader::bind(std::span<const Frame> bracket) {
   return {};
 }
 
-void RowReader::take_by_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures) {
+void RowReader::limit_exposures_per_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures) {
   layout_ = &layout;
   taken_ = exposures;
 }
 
-void RowReader::load(const View& view, const Tables& tables, int y, int first, int end, Judging judging) {
+void RowReader::load(const View& view, const Tables& tables, int y, int first, int end, SaturationHandling saturation) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto row = [&view](int j) { return view.data.data() + static_cast<std::size_t>(j) * view.stride; };
   float* __restrict x0 = x_[0].data();
@@ -115,19 +115,19 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     x0[i] = table.linear[r];
     x1[i] = table.linear[g];
     x2[i] = table.linear[b];
-    if (judging == Judging::none) return;
+    if (saturation == SaturationHandling::none) return;
     const unsigned top = std::max({r, g, b});
     saturated[i] = top >= table.saturated_from ? 1 : 0;
     steps[i] = table.step[top];
   };
-  const auto put_ycbcr = [&](std::size_t i, std::byte luma, std::byte most_luma, std::byte cb, std::byte cr) {
+  const auto put_ycbcr = [&](std::size_t i, std::byte luma, std::byte max_luma, std::byte cb, std::byte cr) {
     const std::array<std::uint8_t, 3> v =
         rgb8_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb), std::to_integer<int>(cr));
     put_code(i, tables.code8, v[0], v[1], v[2]);
-    if (judging != Judging::shared) return;
+    if (saturation != SaturationHandling::shared) return;
     // With one colour, the pixel with the most luma has the largest codes.
     const std::array<std::uint8_t, 3> most =
-        rgb8_of_ycbcr601(std::to_integer<int>(most_luma), std::to_integer<int>(cb), std::to_integer<int>(cr));
+        rgb8_of_ycbcr601(std::to_integer<int>(max_luma), std::to_integer<int>(cb), std::to_integer<int>(cr));
     saturated[i] = std::max({most[0], most[1], most[2]}) >= tables.code8.saturated_from ? 1 : 0;
   };
   switch (view.format) {
@@ -196,7 +196,7 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
   }
 }
 
-float hidden_light(float x, float step, float cut_noise) {
+float near_black_bias(float x, float step, float cut_noise) {
   // Rounding errors cancel over many pixels once values spread over several codes, or noise spreads them; below, all
   // pixels may be off by the same half step. Noise that is cut off at zero adds up to 0.4 deviations.
   const float rounding = x < 4 * step && cut_noise < step ? 0.5F * step : 0;
@@ -231,7 +231,7 @@ const std::byte* RowReader::floats(int lens, int y, int first) const {
   return view.data.data() + static_cast<std::size_t>(y) * view.stride + 12 * static_cast<std::size_t>(first);
 }
 
-void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadingCounts& counts) {
+void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadStatistics& counts) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto at = static_cast<std::size_t>(lens);
   const LensTable& table = table_.lenses[at];
@@ -239,7 +239,7 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   // Floats are radiance already: a lens's and a sensor's ways have been taken off them.
   const bool radiance_already = exposures_[0].view[at].format == PixelFormat::rgb_f32;
   const std::size_t exposures = layout_ == nullptr ? exposure_count_ : taken_[layout_->block_of(lens, first, y)];
-  const float* brighten = radiance_already
+  const float* inverse_vignetting = radiance_already
                               ? ones_.data()
                               : table.inverse_vignetting.data() +
                                     static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
@@ -269,15 +269,15 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   } else if (exposures == 1) {
     const Exposure& e = exposures_[0];
     load(e.view[at], tables_[at], y, first, end,
-         what == Reading::radiance ? Judging::none
-         : exposure_count_ > 1     ? Judging::shared
-                                   : Judging::own);
+         what == Reading::radiance ? SaturationHandling::none
+         : exposure_count_ > 1     ? SaturationHandling::shared
+                                   : SaturationHandling::own);
     const float k = e.radiance_per_linear;
     // One walk, as runs are short.
     const float* __restrict x0 = x_[0].data();
     const float* __restrict x1 = x_[1].data();
     const float* __restrict x2 = x_[2].data();
-    const float* __restrict bright = brighten;
+    const float* __restrict bright = inverse_vignetting;
     float* __restrict r = out.r.data();
     float* __restrict g = out.g.data();
     float* __restrict b = out.b.data();
@@ -295,8 +295,8 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
     float* __restrict variance = out.variance.data();
     for (std::size_t i = 0; i < n; ++i) {
       const float v = read2 + shot * (green[i] > 0 ? green[i] : 0) + step[i] * step[i] * (1.0F / 12);
-      variance[i] = v * (k * brighten[i]) * (k * brighten[i]);
-      out.bias[i] = hidden_light(green[i], step[i], cut_noise) * k * brighten[i];
+      variance[i] = v * (k * inverse_vignetting[i]) * (k * inverse_vignetting[i]);
+      out.bias[i] = near_black_bias(green[i], step[i], cut_noise) * k * inverse_vignetting[i];
     }
   } else {
     for (int c = 0; c < 3; ++c) std::fill_n(radiance[c], n, 0.0F);
@@ -305,7 +305,7 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
     std::fill_n(out.clipped.begin(), n, std::uint8_t{1});
     for (std::size_t k = 0; k < exposures; ++k) {
       const Exposure& e = exposures_[k];
-      load(e.view[at], tables_[at], y, first, end, Judging::shared);
+      load(e.view[at], tables_[at], y, first, end, SaturationHandling::shared);
       const float scale = e.radiance_per_linear;
       for (std::size_t i = 0; i < n; ++i) {
         if (saturated_[i] != 0) {
@@ -324,15 +324,15 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
         const float v = read2 + shot * x + step_[i] * step_[i] * (1.0F / 12) + 1e-12F;
         const float w = 1 / (v * scale * scale);
         weight_[i] += w;
-        out.bias[i] += w * hidden_light(x_[1][i], step_[i], cut_noise) * scale;
+        out.bias[i] += w * near_black_bias(x_[1][i], step_[i], cut_noise) * scale;
         for (int c = 0; c < 3; ++c) radiance[c][i] += w * x_[c][i] * scale;
       }
     }
     for (std::size_t i = 0; i < n; ++i) {
       const float normal = out.clipped[i] != 0 ? 1 : 1 / weight_[i];
-      out.variance[i] = out.clipped[i] != 0 ? 0 : normal * brighten[i] * brighten[i];
-      out.bias[i] *= normal * brighten[i];
-      for (int c = 0; c < 3; ++c) radiance[c][i] *= normal * white[c] * brighten[i];
+      out.variance[i] = out.clipped[i] != 0 ? 0 : normal * inverse_vignetting[i] * inverse_vignetting[i];
+      out.bias[i] *= normal * inverse_vignetting[i];
+      for (int c = 0; c < 3; ++c) radiance[c][i] *= normal * white[c] * inverse_vignetting[i];
     }
   }
 
@@ -342,7 +342,7 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   int bad = 0;
   for (const float* channel : radiance)
     for (std::size_t i = 0; i < n; ++i)
-      bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > kBrightest);
+      bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > kMaxRadiance);
   if (bad == 0) return;
   if (out.certain) {
     std::fill_n(out.variance.begin(), n, 0.0F);
@@ -353,16 +353,16 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   float largest = 0;
   for (int c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < n; ++i)
-      if (radiance[c][i] <= kBrightest) largest = std::max(largest, radiance[c][i]);
+      if (radiance[c][i] <= kMaxRadiance) largest = std::max(largest, radiance[c][i]);
   for (std::size_t i = 0; i < n; ++i) {
     bool touched = false;
     for (int c = 0; c < 3; ++c) {
       float& v = radiance[c][i];
-      if (v >= 0 && v <= kBrightest) continue;
+      if (v >= 0 && v <= kMaxRadiance) continue;
       touched = true;
       // Infinite light is at least the strongest that is finite beside it; how much more, nobody knows.
-      out.clipped[i] = v > kBrightest ? 1 : out.clipped[i];
-      v = v > kBrightest ? largest : 0;
+      out.clipped[i] = v > kMaxRadiance ? 1 : out.clipped[i];
+      v = v > kMaxRadiance ? largest : 0;
     }
     if (touched) {
       ++counts.cleaned;

@@ -29,10 +29,10 @@ struct LinearRow {
 
 /// How much of a linear value near black may be missing or too much for every pixel alike. `step`: to the next code;
 /// `cut_noise`: deviation of noise where it is cut off at black.
-[[nodiscard]] float hidden_light(float x, float step, float cut_noise);
+[[nodiscard]] float near_black_bias(float x, float step, float cut_noise);
 
 /// What reading found in a bracket.
-struct ReadingCounts {
+struct ReadStatistics {
   std::uint64_t cleaned = 0;  ///< Pixels with NaN, infinite or negative radiance.
 };
 
@@ -40,7 +40,7 @@ struct ReadingCounts {
 class RowReader {
  public:
   /// Radiance beyond this counts as infinite: integrals of it must stay numbers that the wire can hold.
-  static constexpr float kBrightest = 1e30F;
+  static constexpr float kMaxRadiance = 1e30F;
 
   /// What read() fills: radiance alone, or clipped too, or all.
   enum class Reading { radiance, with_clipped, with_errors };
@@ -51,7 +51,7 @@ class RowReader {
   [[nodiscard]] Status bind(std::span<const Frame> bracket);
 
   /// A camera of a pair may be gone: its lens is then not in the bracket.
-  [[nodiscard]] bool has(int lens) const { return (lenses_seen_ >> lens & 1U) != 0; }
+  [[nodiscard]] bool has(int lens) const { return (present_lenses_ >> lens & 1U) != 0; }
 
   /// How many pixels share one sample of colour in the bracket that is bound: where a small light falls within them,
   /// its colour and energy do not tell.
@@ -61,7 +61,7 @@ class RowReader {
 
   /// Until the next bind(), reads take of the block that they begin in only as many of the shortest exposures as
   /// `exposures` says, and must not reach beyond it. Both must stay until then.
-  void take_by_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures);
+  void limit_exposures_per_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures);
 
   /// Pixel `first` of row y where the bracket is one picture of floats, which are radiance but for a factor; else null.
   [[nodiscard]] const std::byte* floats(int lens, int y, int first) const;
@@ -69,7 +69,7 @@ class RowReader {
 
   /// Pixels [first, end) of row y of a lens into entries 0 to end - first of `out`. Several exposures are merged by the
   /// inverse of each one's variance of radiance (read and shot noise, rounding); saturated values have no weight.
-  void read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadingCounts& counts);
+  void read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadStatistics& counts);
 
  private:
   /// By picture value of one depth.
@@ -90,8 +90,8 @@ class RowReader {
 
   /// What load() fills besides the linear values: nothing; the steps and what is saturated; and so that pixels that
   /// share their colour with a saturated one count as saturated, as it is wrong there.
-  enum class Judging { none, own, shared };
-  void load(const View& view, const Tables& tables, int y, int first, int end, Judging judging);
+  enum class SaturationHandling { none, own, shared };
+  void load(const View& view, const Tables& tables, int y, int first, int end, SaturationHandling saturation);
 
   const RigParameters& rig_;
   const RigTable& table_;
@@ -100,7 +100,7 @@ class RowReader {
   std::size_t exposure_count_ = 0;
   const BlockLayout* layout_ = nullptr;  ///< Null: all exposures count everywhere.
   std::span<const std::uint8_t> taken_;
-  unsigned lenses_seen_ = 0;  ///< A bit each.
+  unsigned present_lenses_ = 0;  ///< A bit each.
   // One exposure's linear values, 0 to 1, the size of a value's step and whether it is saturated.
   std::vector<float> x_[3], step_;
   std::vector<std::uint8_t> saturated_;

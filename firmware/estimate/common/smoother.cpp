@@ -7,16 +7,16 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr double kSurprising = 2.5;
-constexpr double kChanged = 4;
+constexpr double kInnovationThreshold = 2.5;
+constexpr double kChangeThreshold = 4;
 // What passes for a step where the clock stands still.
 constexpr double kNominalStep = 1.0 / 30;
 constexpr int kSmoothedCoefficients = sh_count(kMaxBand);
 
 /// `slowest` for what noise explains, 1 for what it does not.
-double opened(double surprise, double slowest) {
-  if (!(surprise < kChanged)) return 1;
-  return slowest + (1 - slowest) * std::max(0.0, (surprise - kSurprising) / (kChanged - kSurprising));
+double gain_for_innovation(double normalized_innovation, double slowest) {
+  if (!(normalized_innovation < kChangeThreshold)) return 1;
+  return slowest + (1 - slowest) * std::max(0.0, (normalized_innovation - kInnovationThreshold) / (kChangeThreshold - kInnovationThreshold));
 }
 
 /// Variance of a mean, with what a new value of variance `fresh` and weight `gain` adds.
@@ -27,7 +27,7 @@ double variance_after(double variance, double gain, double fresh) {
 double mixed(double old, double fresh, double gain) { return gain < 1 ? old + gain * (fresh - old) : fresh; }
 
 /// Replaces what is not finite. True where there was nothing to replace.
-bool mend(Projection& scene, const Projection& by) {
+bool replace_non_finite(Projection& scene, const Projection& by) {
   bool sound = true;
   for (std::size_t i = 0; i < kRowCount; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -78,14 +78,14 @@ Smoother::Smoother(double time_constant_s) : tau_s_(time_constant_s > 0 ? time_c
 void Smoother::reset() {
   started_ = false;
   changed_ = false;
-  lamp_count_ = 0;
+  light_count_ = 0;
   variance_ = 0;
   smoothed_ = {};
 }
 
-double Smoother::noise_left() const { return std::sqrt(variance_); }
+double Smoother::residual_noise() const { return std::sqrt(variance_); }
 
-double Smoother::surprise(const Projection& difference, const IrradianceRms& rms) const {
+double Smoother::normalized_innovation(const Projection& difference, const IrradianceRms& rms) const {
   double squares = 0;
   for (std::size_t i = 0; i < kSmoothedCoefficients; ++i)
     for (const double v : difference.c[i]) squares += v * v;
@@ -94,7 +94,7 @@ double Smoother::surprise(const Projection& difference, const IrradianceRms& rms
 }
 
 IrradianceRms Smoother::apply(Projection& scene, std::span<Light> lights, ProbeTime time, double noise_rms) {
-  bool sound = mend(scene, smoothed_);
+  bool sound = replace_non_finite(scene, smoothed_);
   for (Light& light : lights) {
     if (finite(light)) continue;
     light = {.direction = {0, 0, -1}, .irradiance = {}, .track = light.track};
@@ -116,10 +116,10 @@ IrradianceRms Smoother::apply(Projection& scene, std::span<Light> lights, ProbeT
   const double expected = variance_ + noise * noise;
   if (started_ && noise > 0 && tau_s_ > 0 && expected > 0) {
     const double at_rest = -std::expm1(-dt / tau_s_);
-    const double surprised = surprise(difference, all) / std::sqrt(expected);
+    const double surprised = normalized_innovation(difference, all) / std::sqrt(expected);
     slowest = at_rest;
-    gain = changed_ ? 1 : opened(surprised, std::max(variance_ / expected, at_rest));
-    changed_ = !(surprised < kChanged);
+    gain = changed_ ? 1 : gain_for_innovation(surprised, std::max(variance_ / expected, at_rest));
+    changed_ = !(surprised < kChangeThreshold);
   } else {
     changed_ = false;
   }
@@ -137,14 +137,14 @@ IrradianceRms Smoother::apply(Projection& scene, std::span<Light> lights, ProbeT
 
 /// `gain` is that of the scene; no light is slower than `slowest`, nor than the mean of the frames that it was seen in.
 void Smoother::smooth_lights(std::span<Light> lights, double gain, double slowest, double noise_rms) {
-  std::swap(lamps_, former_);
-  const std::span<const Lamp> former(former_.data(), lamp_count_);
-  lamp_count_ = 0;
+  std::swap(lights_, previous_lights_);
+  const std::span<const SmoothedLight> former(previous_lights_.data(), light_count_);
+  light_count_ = 0;
   for (Light& light : lights) {
-    if (light.track == 0 || lamp_count_ == lamps_.size()) continue;
-    Lamp& lamp = lamps_[lamp_count_++];
+    if (light.track == 0 || light_count_ == lights_.size()) continue;
+    SmoothedLight& lamp = lights_[light_count_++];
     const Vec3d found = vec_cast<double>(light.direction);
-    const auto old = std::find_if(former.begin(), former.end(), [&](const Lamp& f) { return f.track == light.track; });
+    const auto old = std::find_if(former.begin(), former.end(), [&](const SmoothedLight& f) { return f.track == light.track; });
     double own = 1;
     lamp = {};
     lamp.track = light.track;
@@ -164,7 +164,7 @@ void Smoother::smooth_lights(std::span<Light> lights, double gain, double slowes
       const double place =
           deviations(dot(off, off), static_cast<double>(light.direction_covariance[0]) + light.direction_covariance[2]);
       const double at_rest = std::max(lamp.variance / (1 + lamp.variance), slowest);
-      own = std::max(gain, opened(std::max(brightness, place), at_rest));
+      own = std::max(gain, gain_for_innovation(std::max(brightness, place), at_rest));
     }
     lamp.variance = variance_after(lamp.variance, own, 1);
     lamp.direction = {mixed(lamp.direction.x, found.x, own), mixed(lamp.direction.y, found.y, own),

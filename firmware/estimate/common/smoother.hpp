@@ -58,13 +58,13 @@ class Smoother {
   IrradianceRms apply(Projection& scene, std::span<Light> lights, ProbeTime time, double noise_rms);
 
   /// RMS irradiance of the noise that is left in what apply() last gave, sqrt(V). At most noise_rms.
-  [[nodiscard]] double noise_left() const;
+  [[nodiscard]] double residual_noise() const;
 
   /// The next frame passes as it is: units or calibration have changed.
   void reset();
 
  private:
-  struct Lamp {
+  struct SmoothedLight {
     std::uint32_t track = 0;
     Vec3d direction;
     std::array<double, 3> irradiance{};
@@ -72,7 +72,7 @@ class Smoother {
     double variance = 1;  ///< Of its noise, relative to that of one frame.
   };
 
-  [[nodiscard]] double surprise(const Projection& difference, const IrradianceRms& rms) const;
+  [[nodiscard]] double normalized_innovation(const Projection& difference, const IrradianceRms& rms) const;
   void smooth_lights(std::span<Light> lights, double gain, double slowest, double noise_rms);
 
   double tau_s_;
@@ -82,8 +82,8 @@ class Smoother {
   ProbeTime time_;
   double variance_ = 0;
   Projection smoothed_;
-  std::array<Lamp, kMaxLights> lamps_{}, former_{};
-  std::size_t lamp_count_ = 0;
+  std::array<SmoothedLight, kMaxLights> lights_{}, previous_lights_{};
+  std::size_t light_count_ = 0;
 };
 
 }  // namespace lightwell::estimate

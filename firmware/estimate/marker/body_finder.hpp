@@ -10,7 +10,7 @@
 
 namespace lightwell {
 
-struct FoundBody {
+struct DetectedBody {
   UncertainPose probe_body;  ///< T_probe_body.
   int tags = 0;              ///< That agree with it.
   bool ambiguous = false;    ///< Another attitude explains the tags nearly as well.
@@ -22,7 +22,7 @@ struct FinderDecimation {
   double followed = 0;    ///< Of the part where the body is expected, 1 to 8; 0: from the size of the tags.
 };
 
-/// Told of every picture in the order of time. One thread.
+/// Hypothesis of every picture in the order of time. One thread.
 class BodyFinder {
  public:
   virtual ~BodyFinder() = default;
@@ -31,7 +31,7 @@ class BodyFinder {
   virtual void set_decimation(const FinderDecimation& decimation) = 0;
 
   /// Nothing where the body is not in the picture. invalid_argument: a picture that cannot be read.
-  [[nodiscard]] virtual Result<std::optional<FoundBody>> find(const View& view, const FrameInfo& info) = 0;
+  [[nodiscard]] virtual Result<std::optional<DetectedBody>> find(const View& view, const FrameInfo& info) = 0;
 };
 
 }  // namespace lightwell

@@ -17,32 +17,32 @@ namespace {
 constexpr double kTurn = 0.002, kInverse = 0.01;
 /// Light from all around has a slope even where there is hardly any of it: at least as that of this share of the mean
 /// irradiance.
-constexpr double kLeastAmbient = 0.02;
+constexpr double kMinAmbientFraction = 0.02;
 /// Where the linear parameters are begun: this share of the mean irradiance is taken for light from all around.
-constexpr double kFirstAmbient = 0.3;
+constexpr double kInitialAmbientFraction = 0.3;
 /// A lamp that lights no sample by more than this factor is told by its shadow alone.
-constexpr double kLightsFaces = 1e-3;
+constexpr double kMinFaceIrradiance = 1e-3;
 /// Albedo of a table whose light from all around does not tell it.
-constexpr double kTableAlbedo = 0.2;
+constexpr double kGroundAlbedo = 0.2;
 
 /// What lies where in the vector of parameters: of each lamp its turn (u, v), its inverse distance where that is free,
 /// and its irradiance by channel; of each channel four numbers of light from all around; the table's radiances.
 struct Layout {
-  struct OfLamp {
+  struct LightParameters {
     int turn = 0, inverse = -1, irradiance = 0;
   };
-  std::vector<OfLamp> lamps;
+  std::vector<LightParameters> lights;
   int ambient = 0, table = -1, size = 0;
 
   Layout(const std::vector<Distance>& distances, int channels, bool with_table) {
     for (const Distance d : distances) {
-      OfLamp lamp;
+      LightParameters lamp;
       lamp.turn = size;
       size += 2;
       if (d == Distance::free) lamp.inverse = size++;
       lamp.irradiance = size;
       size += channels;
-      lamps.push_back(lamp);
+      lights.push_back(lamp);
     }
     ambient = size;
     size += 4 * channels;
@@ -53,19 +53,19 @@ struct Layout {
   }
 };
 
-struct Aim {
+struct LightPose {
   Vec3d direction, u, v;
   double inverse_distance = 0;
 
   [[nodiscard]] Vec3d turned(double du, double dv) const { return normalized(direction + u * du + v * dv); }
 };
 
-/// Differences between what was seen and what the parameters make, whitened, and their derivatives.
-class Differences final : public ceres::CostFunction {
+/// LightingCostFunction between what was seen and what the parameters make, whitened, and their derivatives.
+class LightingCostFunction final : public ceres::CostFunction {
  public:
-  Differences(const Observations& seen, const Layout& layout, std::vector<Aim> aims, const std::vector<Vec3d>& hull,
-              double ambient_slope)
-      : seen_(seen), layout_(layout), aims_(std::move(aims)), hull_(hull), slope_(ambient_slope) {
+  LightingCostFunction(const Observations& seen, const Layout& layout, std::vector<LightPose> light_poses, const std::vector<Vec3d>& hull,
+              double ambient_gradient_sigma)
+      : seen_(seen), layout_(layout), light_poses_(std::move(light_poses)), hull_(hull), slope_(ambient_gradient_sigma) {
     const int table = layout.table >= 0 ? static_cast<int>(seen.table()->size()) : 0;
     set_num_residuals((seen.samples() + 3) * seen.channels() + table);
     mutable_parameter_block_sizes()->push_back(layout.size);
@@ -84,14 +84,14 @@ class Differences final : public ceres::CostFunction {
     return r.allFinite();
   }
 
-  [[nodiscard]] Aim at(const double* p, std::size_t lamp) const {
-    const Layout::OfLamp& where = layout_.lamps[lamp];
-    Aim out;
-    out.direction = aims_[lamp].turned(p[where.turn], p[where.turn + 1]);
+  [[nodiscard]] LightPose at(const double* p, std::size_t lamp) const {
+    const Layout::LightParameters& where = layout_.lights[lamp];
+    LightPose out;
+    out.direction = light_poses_[lamp].turned(p[where.turn], p[where.turn + 1]);
     const auto [u, v] = tangent_basis(out.direction);
     out.u = u;
     out.v = v;
-    out.inverse_distance = where.inverse >= 0 ? p[where.inverse] : aims_[lamp].inverse_distance;
+    out.inverse_distance = where.inverse >= 0 ? p[where.inverse] : light_poses_[lamp].inverse_distance;
     return out;
   }
 
@@ -100,19 +100,19 @@ class Differences final : public ceres::CostFunction {
   void faces(const double* p, Eigen::Map<Eigen::VectorXd>& r, Jacobian* j) const {
     const std::vector<SurfaceSample>& samples = seen_.of_faces();
     const int n = seen_.samples();
-    const std::size_t lamps = layout_.lamps.size();
+    const std::size_t lights = layout_.lights.size();
     // Of each lamp: its factor, and the factor's derivatives with regard to u, v and the inverse distance.
-    Eigen::MatrixXd factors(n, static_cast<Eigen::Index>(4 * lamps));
-    for (std::size_t k = 0; k < lamps; ++k) {
-      const Layout::OfLamp& where = layout_.lamps[k];
+    Eigen::MatrixXd factors(n, static_cast<Eigen::Index>(4 * lights));
+    for (std::size_t k = 0; k < lights; ++k) {
+      const Layout::LightParameters& where = layout_.lights[k];
       const double du = p[where.turn], dv = p[where.turn + 1];
-      const Vec3d raw = aims_[k].direction + aims_[k].u * du + aims_[k].v * dv;
+      const Vec3d raw = light_poses_[k].direction + light_poses_[k].u * du + light_poses_[k].v * dv;
       const double size = length(raw);
       const Vec3d d = raw * (1 / size);
       // Of the unit vector: what stands across of the step.
-      const Vec3d to_u = (aims_[k].u - d * dot(d, aims_[k].u)) * (1 / size);
-      const Vec3d to_v = (aims_[k].v - d * dot(d, aims_[k].v)) * (1 / size);
-      const double w = where.inverse >= 0 ? p[where.inverse] : aims_[k].inverse_distance;
+      const Vec3d to_u = (light_poses_[k].u - d * dot(d, light_poses_[k].u)) * (1 / size);
+      const Vec3d to_v = (light_poses_[k].v - d * dot(d, light_poses_[k].v)) * (1 / size);
+      const double w = where.inverse >= 0 ? p[where.inverse] : light_poses_[k].inverse_distance;
       for (int i = 0; i < n; ++i) {
         const SurfaceSample& s = samples[static_cast<std::size_t>(i)];
         const Vec3d q = d - s.position * w;
@@ -137,13 +137,13 @@ class Differences final : public ceres::CostFunction {
       for (int i = 0; i < n; ++i) {
         const Vec3d& normal = samples[static_cast<std::size_t>(i)].normal;
         double sum = ambient[0] + ambient[1] * normal.x + ambient[2] * normal.y + ambient[3] * normal.z;
-        for (std::size_t k = 0; k < lamps; ++k)
-          sum += p[layout_.lamps[k].irradiance + c] * factors(i, static_cast<Eigen::Index>(4 * k));
+        for (std::size_t k = 0; k < lights; ++k)
+          sum += p[layout_.lights[k].irradiance + c] * factors(i, static_cast<Eigen::Index>(4 * k));
         column[i] = sum;
       }
       seen_.whiten(c, column);
       r.segment(row, n) = column - seen_.seen(c);
-      const double flat = slope_ * (std::max(0.0, ambient[0]) + kLeastAmbient * seen_.mean(c));
+      const double flat = slope_ * (std::max(0.0, ambient[0]) + kMinAmbientFraction * seen_.mean(c));
       for (int b = 0; b < 3; ++b) r[row + n + b] = ambient[1 + b] / flat;
       if (j == nullptr) continue;
       const auto put = [&](int parameter, double scale, Eigen::Index from) {
@@ -151,8 +151,8 @@ class Differences final : public ceres::CostFunction {
         seen_.whiten(c, column);
         j->col(parameter).segment(row, n) = column;
       };
-      for (std::size_t k = 0; k < lamps; ++k) {
-        const Layout::OfLamp& where = layout_.lamps[k];
+      for (std::size_t k = 0; k < lights; ++k) {
+        const Layout::LightParameters& where = layout_.lights[k];
         const double irradiance = p[where.irradiance + c];
         const auto first = static_cast<Eigen::Index>(4 * k);
         put(where.turn, irradiance, first + 1);
@@ -177,15 +177,15 @@ class Differences final : public ceres::CostFunction {
 
   template <class Jacobian>
   void table(const double* p, Eigen::Map<Eigen::VectorXd>& r, Jacobian* j) const {
-    const TableObservations& table = *seen_.table();
+    const GroundObservations& table = *seen_.table();
     const Eigen::Index n = table.size(), row = num_residuals() - n;
     const double ambient = p[layout_.table];
     sum_ = ambient * table.open - table.radiance;
     if (j != nullptr) j->col(layout_.table).segment(row, n) = (table.open * table.weight).matrix();
-    for (std::size_t k = 0; k < layout_.lamps.size(); ++k) {
-      const Layout::OfLamp& where = layout_.lamps[k];
+    for (std::size_t k = 0; k < layout_.lights.size(); ++k) {
+      const Layout::LightParameters& where = layout_.lights[k];
       const int own = layout_.table + 1 + static_cast<int>(k);
-      const Aim aim = at(p, k);
+      const LightPose aim = at(p, k);
       shadow_.light(table, hull_, aim.direction, aim.inverse_distance, light_);
       sum_ += p[own] * light_;
       if (j == nullptr) continue;
@@ -197,7 +197,7 @@ class Differences final : public ceres::CostFunction {
         for (const double sign : {1.0, -1.0}) {
           const double du = p[where.turn] + (axis == 0 ? sign * kTurn : 0);
           const double dv = p[where.turn + 1] + (axis == 1 ? sign * kTurn : 0);
-          shadow_.light(table, hull_, aims_[k].turned(du, dv), aim.inverse_distance, sign > 0 ? there_ : back_);
+          shadow_.light(table, hull_, light_poses_[k].turned(du, dv), aim.inverse_distance, sign > 0 ? there_ : back_);
         }
         put(where.turn + axis, kTurn);
       }
@@ -211,7 +211,7 @@ class Differences final : public ceres::CostFunction {
 
   const Observations& seen_;
   const Layout& layout_;
-  std::vector<Aim> aims_;
+  std::vector<LightPose> light_poses_;
   const std::vector<Vec3d>& hull_;
   double slope_;
   // Ceres evaluates through a const pointer, one thread at a time here.
@@ -219,7 +219,7 @@ class Differences final : public ceres::CostFunction {
   mutable Eigen::ArrayXd sum_, light_, there_, back_;
 };
 
-Aim aim_of(const Lamp& lamp) {
+LightPose light_pose_of(const PointLight& lamp) {
   const auto [u, v] = tangent_basis(lamp.direction);
   return {lamp.direction, u, v, lamp.inverse_distance};
 }
@@ -228,21 +228,21 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 
 /// The parameters that enter linearly, for the places that `p` holds: least squares, those that must not be negative
 /// set to zero.
-void solve_linear(const Differences& differences, const Layout& layout, const Observations& seen,
+void solve_linear(const LightingCostFunction& cost_function, const Layout& layout, const Observations& seen,
                   std::vector<double>& p) {
-  Eigen::VectorXd r(differences.num_residuals());
-  RowMajor j(differences.num_residuals(), layout.size);
+  Eigen::VectorXd r(cost_function.num_residuals());
+  RowMajor j(cost_function.num_residuals(), layout.size);
   for (std::size_t i = 0; i < p.size(); ++i)
     if (static_cast<int>(i) >= layout.ambient) p[i] = 0;
-  for (const Layout::OfLamp& lamp : layout.lamps)
+  for (const Layout::LightParameters& lamp : layout.lights)
     for (int c = 0; c < seen.channels(); ++c) p[static_cast<std::size_t>(lamp.irradiance + c)] = 0;
   const double* parameters[1] = {p.data()};
   double* jacobians[1] = {j.data()};
   for (int c = 0; c < seen.channels(); ++c)
-    p[static_cast<std::size_t>(layout.ambient + 4 * c)] = kFirstAmbient * seen.mean(c);
-  (void)differences.Evaluate(parameters, r.data(), jacobians);
+    p[static_cast<std::size_t>(layout.ambient + 4 * c)] = kInitialAmbientFraction * seen.mean(c);
+  (void)cost_function.Evaluate(parameters, r.data(), jacobians);
   std::vector<int> linear;
-  for (const Layout::OfLamp& lamp : layout.lamps)
+  for (const Layout::LightParameters& lamp : layout.lights)
     for (int c = 0; c < seen.channels(); ++c) linear.push_back(lamp.irradiance + c);
   for (int i = layout.ambient; i < layout.size; ++i) linear.push_back(i);
   Eigen::MatrixXd part(j.rows(), static_cast<Eigen::Index>(linear.size()));
@@ -257,9 +257,9 @@ void solve_linear(const Differences& differences, const Layout& layout, const Ob
 }
 
 /// Irradiances, and light from all around, are not negative.
-std::vector<int> not_negative(const Layout& layout, int channels) {
+std::vector<int> nonnegative_parameters(const Layout& layout, int channels) {
   std::vector<int> out;
-  for (const Layout::OfLamp& lamp : layout.lamps)
+  for (const Layout::LightParameters& lamp : layout.lights)
     for (int c = 0; c < channels; ++c) out.push_back(lamp.irradiance + c);
   for (int c = 0; c < channels; ++c) out.push_back(layout.ambient + 4 * c);
   if (layout.table >= 0)
@@ -269,19 +269,19 @@ std::vector<int> not_negative(const Layout& layout, int channels) {
 
 /// Lamps that light none of the faces: as much stronger than what the faces get as the table shows; their colour is not
 /// told.
-void tell_by_shadow(const Observations& seen, Fit& fit) {
+void set_irradiance_from_shadow(const Observations& seen, Fit& fit) {
   // What the table gets from all around is what the faces get, on the whole: which of it comes from weak lamps is not
   // well known.
   double around = 0;
   for (int c = 0; c < seen.channels(); ++c) around += seen.mean(c) / seen.channels();
   const double albedo =
-      around > 0 && fit.table_ambient > 0 ? fit.table_ambient / around : kTableAlbedo / std::numbers::pi;
-  for (std::size_t k = 0; k < fit.model.lamps.size(); ++k) {
-    Lamp& lamp = fit.model.lamps[k];
+      around > 0 && fit.ground_ambient > 0 ? fit.ground_ambient / around : kGroundAlbedo / std::numbers::pi;
+  for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
+    PointLight& lamp = fit.model.lights[k];
     double most = 0;
     for (const SurfaceSample& s : seen.of_faces())
-      most = std::max(most, lamp_factor(lamp.direction, lamp.inverse_distance, s.position, s.normal));
-    if (most < kLightsFaces) lamp.irradiance.fill(fit.table_lamps[k] / albedo);
+      most = std::max(most, relative_irradiance(lamp.direction, lamp.inverse_distance, s.position, s.normal));
+    if (most < kMinFaceIrradiance) lamp.irradiance.fill(fit.ground_irradiance[k] / albedo);
   }
 }
 
@@ -289,28 +289,28 @@ void tell_by_shadow(const Observations& seen, Fit& fit) {
 
 double Fit::bic() const { return chi_square + parameters * std::log(std::max(observations, 2)); }
 
-Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Distance> distances, Witness witness,
+Fit fit_lights(const Observations& seen, std::vector<PointLight> lights, std::vector<Distance> distances, ObservationSet observation_set,
               const std::vector<Vec3d>& hull, const FitOptions& options) {
   const int channels = seen.channels();
-  const bool with_table = witness == Witness::faces_and_table && seen.table() != nullptr;
+  const bool with_table = observation_set == ObservationSet::faces_and_ground_plane && seen.table() != nullptr;
   const Layout layout(distances, channels, with_table);
-  std::vector<Aim> aims;
-  for (const Lamp& lamp : lamps) aims.push_back(aim_of(lamp));
-  const double most_inverse = 1 / options.nearest_m;
+  std::vector<LightPose> light_poses;
+  for (const PointLight& lamp : lights) light_poses.push_back(light_pose_of(lamp));
+  const double max_inverse_distance = 1 / options.min_distance_m;
 
   std::vector<double> p(static_cast<std::size_t>(layout.size), 0.0);
-  for (std::size_t k = 0; k < lamps.size(); ++k)
-    if (layout.lamps[k].inverse >= 0)
-      p[static_cast<std::size_t>(layout.lamps[k].inverse)] = std::clamp(lamps[k].inverse_distance, 0.0, most_inverse);
-  auto* differences = new Differences(seen, layout, aims, hull, options.ambient_slope);
-  solve_linear(*differences, layout, seen, p);
-  const std::vector<int> bounded = not_negative(layout, channels);
+  for (std::size_t k = 0; k < lights.size(); ++k)
+    if (layout.lights[k].inverse >= 0)
+      p[static_cast<std::size_t>(layout.lights[k].inverse)] = std::clamp(lights[k].inverse_distance, 0.0, max_inverse_distance);
+  auto* cost_function = new LightingCostFunction(seen, layout, light_poses, hull, options.ambient_gradient_sigma);
+  solve_linear(*cost_function, layout, seen, p);
+  const std::vector<int> bounded = nonnegative_parameters(layout, channels);
   for (const int i : bounded) p[static_cast<std::size_t>(i)] = std::max(p[static_cast<std::size_t>(i)], 0.0);
 
   ceres::Problem problem;
-  problem.AddResidualBlock(differences, nullptr, p.data());
+  problem.AddResidualBlock(cost_function, nullptr, p.data());
   for (const int i : bounded) problem.SetParameterLowerBound(p.data(), i, 0);
-  for (const Layout::OfLamp& lamp : layout.lamps) {
+  for (const Layout::LightParameters& lamp : layout.lights) {
     // Within the hemisphere around where it began: the turn's own chart ends there.
     for (int axis = 0; axis < 2; ++axis) {
       problem.SetParameterLowerBound(p.data(), lamp.turn + axis, -1.5);
@@ -318,7 +318,7 @@ Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Dis
     }
     if (lamp.inverse < 0) continue;
     problem.SetParameterLowerBound(p.data(), lamp.inverse, 0);
-    problem.SetParameterUpperBound(p.data(), lamp.inverse, most_inverse);
+    problem.SetParameterUpperBound(p.data(), lamp.inverse, max_inverse_distance);
   }
   ceres::Solver::Options how;
   // QR: a lamp that lights nothing leaves a column of zeros.
@@ -336,29 +336,29 @@ Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Dis
   out.parameters = layout.size;
   out.observations = seen.samples() * channels;
   if (with_table) out.observations += static_cast<int>(seen.table()->size());
-  std::vector<Aim> found;
-  for (std::size_t k = 0; k < lamps.size(); ++k) {
-    found.push_back(differences->at(p.data(), k));
-    Lamp lamp{found[k].direction, found[k].inverse_distance, {}};
+  std::vector<LightPose> found;
+  for (std::size_t k = 0; k < lights.size(); ++k) {
+    found.push_back(cost_function->at(p.data(), k));
+    PointLight lamp{found[k].direction, found[k].inverse_distance, {}};
     for (std::size_t c = 0; c < 3; ++c)
       lamp.irradiance[c] =
-          p[static_cast<std::size_t>(layout.lamps[k].irradiance) + std::min(c, static_cast<std::size_t>(channels - 1))];
-    out.model.lamps.push_back(lamp);
-    if (with_table) out.table_lamps.push_back(p[static_cast<std::size_t>(layout.table) + 1 + k]);
+          p[static_cast<std::size_t>(layout.lights[k].irradiance) + std::min(c, static_cast<std::size_t>(channels - 1))];
+    out.model.lights.push_back(lamp);
+    if (with_table) out.ground_irradiance.push_back(p[static_cast<std::size_t>(layout.table) + 1 + k]);
   }
   for (std::size_t b = 0; b < 4; ++b)
     for (std::size_t c = 0; c < 3; ++c)
       out.model.ambient[b][c] =
           p[static_cast<std::size_t>(layout.ambient) + 4 * std::min(c, static_cast<std::size_t>(channels - 1)) + b];
   if (with_table) {
-    out.table_ambient = p[static_cast<std::size_t>(layout.table)];
-    tell_by_shadow(seen, out);
+    out.ground_ambient = p[static_cast<std::size_t>(layout.table)];
+    set_irradiance_from_shadow(seen, out);
   }
 
   // Around where it ended, so that the turns are those of the tangent plane there.
-  const Differences around(seen, layout, found, hull, options.ambient_slope);
+  const LightingCostFunction around(seen, layout, found, hull, options.ambient_gradient_sigma);
   std::vector<double> there = p;
-  for (const Layout::OfLamp& lamp : layout.lamps)
+  for (const Layout::LightParameters& lamp : layout.lights)
     there[static_cast<std::size_t>(lamp.turn)] = there[static_cast<std::size_t>(lamp.turn) + 1] = 0;
   Eigen::VectorXd r(around.num_residuals());
   RowMajor j(around.num_residuals(), layout.size);
@@ -369,7 +369,7 @@ Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Dis
   // What nothing is known of keeps a wide prior: a direction a radian, an inverse distance 10/m, an amount all that was
   // seen.
   Eigen::MatrixXd information = j.transpose() * j;
-  for (const Layout::OfLamp& lamp : layout.lamps) {
+  for (const Layout::LightParameters& lamp : layout.lights) {
     information(lamp.turn, lamp.turn) += 1;
     information(lamp.turn + 1, lamp.turn + 1) += 1;
     if (lamp.inverse >= 0) information(lamp.inverse, lamp.inverse) += 0.01;
@@ -379,8 +379,8 @@ Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Dis
   const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(layout.size, layout.size));
   const double free = std::max(1, around.num_residuals() - layout.size);
   const double grown = std::max(1.0, out.chi_square / free);
-  for (std::size_t k = 0; k < lamps.size(); ++k) {
-    const Layout::OfLamp& where = layout.lamps[k];
+  for (std::size_t k = 0; k < lights.size(); ++k) {
+    const Layout::LightParameters& where = layout.lights[k];
     const std::array<int, 3> index = {where.turn, where.turn + 1, where.inverse};
     Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
     for (int a = 0; a < 3; ++a)
@@ -392,7 +392,7 @@ Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Dis
   return out;
 }
 
-std::vector<double> deviations_from(const Observations& seen, const LightModel& model) {
+std::vector<double> standardized_residuals(const Observations& seen, const LightModel& model) {
   std::vector<double> out;
   for (int i = 0; i < seen.samples(); ++i) {
     const SurfaceSample& s = seen.of_faces()[static_cast<std::size_t>(i)];
@@ -401,8 +401,8 @@ std::vector<double> deviations_from(const Observations& seen, const LightModel& 
       const auto channel = static_cast<std::size_t>(c);
       double sum = model.ambient[0][channel] + model.ambient[1][channel] * s.normal.x +
                    model.ambient[2][channel] * s.normal.y + model.ambient[3][channel] * s.normal.z;
-      for (const Lamp& lamp : model.lamps)
-        sum += lamp.irradiance[channel] * lamp_factor(lamp.direction, lamp.inverse_distance, s.position, s.normal);
+      for (const PointLight& lamp : model.lights)
+        sum += lamp.irradiance[channel] * relative_irradiance(lamp.direction, lamp.inverse_distance, s.position, s.normal);
       const double d = seen.deviations(c, i, s.irradiance[channel] - sum);
       if (std::abs(d) > std::abs(most)) most = d;
     }
@@ -411,15 +411,15 @@ std::vector<double> deviations_from(const Observations& seen, const LightModel& 
   return out;
 }
 
-std::vector<double> table_deviations_from(const Observations& seen, const Fit& fit, const std::vector<Vec3d>& hull) {
+std::vector<double> ground_residuals(const Observations& seen, const Fit& fit, const std::vector<Vec3d>& hull) {
   if (seen.table() == nullptr) return {};
-  const TableObservations& table = *seen.table();
-  Eigen::ArrayXd sum = fit.table_ambient * table.open - table.radiance, light;
+  const GroundObservations& table = *seen.table();
+  Eigen::ArrayXd sum = fit.ground_ambient * table.open - table.radiance, light;
   Shadow shadow;
-  for (std::size_t k = 0; k < fit.model.lamps.size() && k < fit.table_lamps.size(); ++k) {
-    const Lamp& lamp = fit.model.lamps[k];
+  for (std::size_t k = 0; k < fit.model.lights.size() && k < fit.ground_irradiance.size(); ++k) {
+    const PointLight& lamp = fit.model.lights[k];
     shadow.light(table, hull, lamp.direction, lamp.inverse_distance, light);
-    sum += fit.table_lamps[k] * light;
+    sum += fit.ground_irradiance[k] * light;
   }
   sum *= table.weight;
   return {sum.begin(), sum.end()};

@@ -26,24 +26,24 @@ struct Fit {
   bool table = false;  ///< Whether the table told too.
   /// Of the table, where it told: radiance of light from all around, and of each lamp where nothing shades it and it
   /// falls vertically.
-  double table_ambient = 0;
-  std::vector<double> table_lamps;
+  double ground_ambient = 0;
+  std::vector<double> ground_irradiance;
 
   /// Schwarz's criterion, up to a constant.
   [[nodiscard]] double bic() const;
 };
 
-enum class Witness : std::uint8_t { faces, faces_and_table };
+enum class ObservationSet : std::uint8_t { faces, faces_and_ground_plane };
 
 /// `lamps`: their directions and inverse distances are the start, their irradiance does not matter. Ends in the nearest
 /// minimum.
-[[nodiscard]] Fit fit_lamps(const Observations& seen, std::vector<Lamp> lamps, std::vector<Distance> distances,
-                            Witness witness, const std::vector<Vec3d>& hull, const FitOptions& options);
+[[nodiscard]] Fit fit_lights(const Observations& seen, std::vector<PointLight> lights, std::vector<Distance> distances,
+                            ObservationSet observation_set, const std::vector<Vec3d>& hull, const FitOptions& options);
 
 /// Of each sample of the faces: how many standard deviations it differs from the model, in the channel where most.
-[[nodiscard]] std::vector<double> deviations_from(const Observations& seen, const LightModel& model);
+[[nodiscard]] std::vector<double> standardized_residuals(const Observations& seen, const LightModel& model);
 /// Of each sample of the table, likewise.
-[[nodiscard]] std::vector<double> table_deviations_from(const Observations& seen, const Fit& fit,
+[[nodiscard]] std::vector<double> ground_residuals(const Observations& seen, const Fit& fit,
                                                         const std::vector<Vec3d>& hull);
 
 }  // namespace lightwell::marker

@@ -7,24 +7,24 @@
 
 #include <Eigen/QR>
 
-#include "estimate/marker/directions.hpp"
+#include "estimate/marker/fibonacci_directions.hpp"
 #include "estimate/marker/shadow.hpp"
 
 namespace lightwell::marker {
 namespace {
 
 constexpr int kDirections = 400;                       // 10 degrees apart
-constexpr std::array kInverse = {0.0, 0.8, 1.7, 3.3};  // 1/m: infinity, 1.25 m, 0.6 m, 0.3 m
+constexpr std::array kInverseDistances = {0.0, 0.8, 1.7, 3.3};  // 1/m: infinity, 1.25 m, 0.6 m, 0.3 m
 /// Share of the mean irradiance that the grid takes for light from all around, whose slope it bounds.
-constexpr double kAmbient = 0.3;
+constexpr double kAmbientFraction = 0.3;
 /// A wide lamp is its middle and so many points around it, at this share of its radius.
 constexpr int kRing = 6;
 constexpr double kRingRadius = 0.764;
-constexpr double kApart = 0.43;  // rad: 25 degrees
+constexpr double kMinSeparation_rad = 0.43;  // rad: 25 degrees
 
 /// The grid's directions, even over the sphere.
 const std::vector<Vec3d>& grid() {
-  static const std::vector<Vec3d> directions = even_directions(kDirections);
+  static const std::vector<Vec3d> directions = fibonacci_directions(kDirections);
   return directions;
 }
 
@@ -41,11 +41,11 @@ void extend(Eigen::MatrixXd& basis, Eigen::VectorXd x) {
   basis.col(basis.cols() - 1) = x.normalized();
 }
 
-bool apart(const LightSearch::Candidate& a, const LightSearch::Candidate& b) {
-  for (const Lamp& x : a.lamps) {
+bool are_distinct(const LightSearch::Candidate& a, const LightSearch::Candidate& b) {
+  for (const PointLight& x : a.lights) {
     double nearest = 10;
-    for (const Lamp& y : b.lamps) nearest = std::min(nearest, angle_between(x.direction, y.direction));
-    if (nearest > kApart) return true;
+    for (const PointLight& y : b.lights) nearest = std::min(nearest, angle_between(x.direction, y.direction));
+    if (nearest > kMinSeparation_rad) return true;
   }
   return false;
 }
@@ -55,7 +55,7 @@ std::vector<LightSearch::Candidate> best_of(std::vector<LightSearch::Candidate> 
   std::vector<LightSearch::Candidate> out;
   for (const LightSearch::Candidate& one : all) {
     if (out.size() == most) break;
-    if (std::all_of(out.begin(), out.end(), [&](const auto& other) { return apart(one, other); })) out.push_back(one);
+    if (std::all_of(out.begin(), out.end(), [&](const auto& other) { return are_distinct(one, other); })) out.push_back(one);
   }
   return out;
 }
@@ -63,11 +63,11 @@ std::vector<LightSearch::Candidate> best_of(std::vector<LightSearch::Candidate> 
 }  // namespace
 
 LightSearch::LightSearch(const Observations& seen, const std::vector<Vec3d>& hull, const FitOptions& options)
-    : seen_(seen), hull_(hull), slope_(options.ambient_slope), faces_(static_cast<std::size_t>(seen.channels())) {
+    : seen_(seen), hull_(hull), slope_(options.ambient_gradient_sigma), faces_(static_cast<std::size_t>(seen.channels())) {
   const Eigen::Index n = seen.samples();
   for (int c = 0; c < seen.channels(); ++c) {
-    Look& look = faces_[static_cast<std::size_t>(c)];
-    look.basis.resize(n + 3, 0);
+    LinearSystem& system = faces_[static_cast<std::size_t>(c)];
+    system.basis.resize(n + 3, 0);
     for (int b = 0; b < 4; ++b) {
       Eigen::VectorXd column(n + 3);
       for (Eigen::Index i = 0; i < n; ++i) {
@@ -76,18 +76,18 @@ LightSearch::LightSearch(const Observations& seen, const std::vector<Vec3d>& hul
       }
       seen.whiten(c, column.head(n));
       column.tail<3>().setZero();
-      if (b > 0) column[n + b - 1] = 1 / (slope_ * kAmbient * std::max(seen.mean(c), 1e-300));
-      extend(look.basis, column);
+      if (b > 0) column[n + b - 1] = 1 / (slope_ * kAmbientFraction * std::max(seen.mean(c), 1e-300));
+      extend(system.basis, column);
     }
-    look.left = Eigen::VectorXd::Zero(n + 3);
-    look.left.head(n) = seen.seen(c);
-    project(look.basis, look.left);
-    look.columns.resize(n + 3, static_cast<Eigen::Index>(grid().size() * kInverse.size()));
+    system.residual = Eigen::VectorXd::Zero(n + 3);
+    system.residual.head(n) = seen.seen(c);
+    project(system.basis, system.residual);
+    system.columns.resize(n + 3, static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
     Eigen::Index at = 0;
     for (const Vec3d& direction : grid())
-      for (const double w : kInverse) look.columns.col(at++) = column_of(c, direction, w).cast<float>();
-    const Eigen::MatrixXf single = look.basis.cast<float>();
-    look.columns -= single * (single.transpose() * look.columns);
+      for (const double w : kInverseDistances) system.columns.col(at++) = column_of(c, direction, w).cast<float>();
+    const Eigen::MatrixXf single = system.basis.cast<float>();
+    system.columns -= single * (single.transpose() * system.columns);
   }
 }
 
@@ -96,51 +96,51 @@ Eigen::VectorXd LightSearch::column_of(int channel, Vec3d direction, double inve
   Eigen::VectorXd column(n + 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     const SurfaceSample& s = seen_.of_faces()[static_cast<std::size_t>(i)];
-    column[i] = lamp_factor(direction, inverse_distance, s.position, s.normal);
+    column[i] = relative_irradiance(direction, inverse_distance, s.position, s.normal);
   }
   seen_.whiten(channel, column.head(n));
   column.tail<3>().setZero();
   return column;
 }
 
-Eigen::VectorXd LightSearch::table_column_of(Vec3d direction, double inverse_distance) {
-  const TableObservations& table = *seen_.table();
+Eigen::VectorXd LightSearch::ground_column_of(Vec3d direction, double inverse_distance) {
+  const GroundObservations& table = *seen_.table();
   shadow_.light(table, hull_, direction, inverse_distance, light_);
   return (light_ * table.weight).matrix();
 }
 
-void LightSearch::look_at_table() {
+void LightSearch::build_ground_system() {
   if (table_ || seen_.table() == nullptr) return;
-  const TableObservations& table = *seen_.table();
-  Look& look = table_.emplace();
-  look.basis.resize(table.size(), 0);
-  extend(look.basis, (table.open * table.weight).matrix());
-  look.left = (table.radiance * table.weight).matrix();
-  project(look.basis, look.left);
-  look.columns.resize(table.size(), static_cast<Eigen::Index>(grid().size() * kInverse.size()));
+  const GroundObservations& table = *seen_.table();
+  LinearSystem& system = table_.emplace();
+  system.basis.resize(table.size(), 0);
+  extend(system.basis, (table.open * table.weight).matrix());
+  system.residual = (table.radiance * table.weight).matrix();
+  project(system.basis, system.residual);
+  system.columns.resize(table.size(), static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
   Eigen::Index at = 0;
   for (const Vec3d& direction : grid())
-    for (const double w : kInverse) look.columns.col(at++) = table_column_of(direction, w).cast<float>();
-  const Eigen::MatrixXf single = look.basis.cast<float>();
-  look.columns -= single * (single.transpose() * look.columns);
+    for (const double w : kInverseDistances) system.columns.col(at++) = ground_column_of(direction, w).cast<float>();
+  const Eigen::MatrixXf single = system.basis.cast<float>();
+  system.columns -= single * (single.transpose() * system.columns);
 }
 
-LightSearch::Landscape LightSearch::landscape(Witness witness, const std::vector<Lamp>& beside) {
-  const std::size_t places = grid().size() * kInverse.size();
+LightSearch::ChiSquareMap LightSearch::chi_square_map(ObservationSet observation_set, const std::vector<PointLight>& beside) {
+  const std::size_t places = grid().size() * kInverseDistances.size();
   std::vector<double> chi(places, 0);
-  const auto add = [&](const Look& look, const auto& column_of_lamp) {
-    Eigen::MatrixXd extra(look.columns.rows(), 0);
-    for (const Lamp& lamp : beside) {
+  const auto add = [&](const LinearSystem& system, const auto& column_of_lamp) {
+    Eigen::MatrixXd extra(system.columns.rows(), 0);
+    for (const PointLight& lamp : beside) {
       Eigen::VectorXd column = column_of_lamp(lamp);
-      project(look.basis, column);
+      project(system.basis, column);
       extend(extra, column);
     }
-    Eigen::VectorXd left = look.left;
-    project(extra, left);
-    const double start = left.squaredNorm();
-    const Eigen::VectorXf along = look.columns.transpose() * left.cast<float>();
-    Eigen::VectorXf size = look.columns.colwise().squaredNorm().transpose();
-    if (extra.cols() > 0) size -= (extra.cast<float>().transpose() * look.columns).colwise().squaredNorm().transpose();
+    Eigen::VectorXd residual = system.residual;
+    project(extra, residual);
+    const double start = residual.squaredNorm();
+    const Eigen::VectorXf along = system.columns.transpose() * residual.cast<float>();
+    Eigen::VectorXf size = system.columns.colwise().squaredNorm().transpose();
+    if (extra.cols() > 0) size -= (extra.cast<float>().transpose() * system.columns).colwise().squaredNorm().transpose();
     for (std::size_t i = 0; i < places; ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       const double gain = along[at] > 0 && size[at] > 1e-6F ? static_cast<double>(along[at]) * along[at] / size[at] : 0;
@@ -149,26 +149,26 @@ LightSearch::Landscape LightSearch::landscape(Witness witness, const std::vector
   };
   for (int c = 0; c < seen_.channels(); ++c)
     add(faces_[static_cast<std::size_t>(c)],
-        [&](const Lamp& lamp) { return column_of(c, lamp.direction, lamp.inverse_distance); });
-  if (witness == Witness::faces_and_table && seen_.table() != nullptr) {
-    look_at_table();
-    add(*table_, [&](const Lamp& lamp) { return table_column_of(lamp.direction, lamp.inverse_distance); });
+        [&](const PointLight& lamp) { return column_of(c, lamp.direction, lamp.inverse_distance); });
+  if (observation_set == ObservationSet::faces_and_ground_plane && seen_.table() != nullptr) {
+    build_ground_system();
+    add(*table_, [&](const PointLight& lamp) { return ground_column_of(lamp.direction, lamp.inverse_distance); });
   }
-  Landscape out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0),
+  ChiSquareMap out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0),
                 4 * std::numbers::pi / kDirections};
   for (std::size_t i = 0; i < places; ++i) {
-    const std::size_t direction = i / kInverse.size();
+    const std::size_t direction = i / kInverseDistances.size();
     if (chi[i] < out.chi_square[direction])
-      out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverse[i % kInverse.size()];
+      out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverseDistances[i % kInverseDistances.size()];
   }
   return out;
 }
 
-double LightSearch::chi_square_of(const Lamp& lamp, double radius_rad, const std::vector<Lamp>& beside) const {
+double LightSearch::chi_square_of(const PointLight& lamp, double radius_rad, const std::vector<PointLight>& beside) const {
   const auto [u, v] = tangent_basis(lamp.direction);
   double chi = 0;
   for (int c = 0; c < seen_.channels(); ++c) {
-    const Look& look = faces_[static_cast<std::size_t>(c)];
+    const LinearSystem& system = faces_[static_cast<std::size_t>(c)];
     // The middle and a ring around it, which has the second moment of an even disc.
     Eigen::VectorXd column = column_of(c, lamp.direction, lamp.inverse_distance);
     for (int k = 0; k < kRing; ++k) {
@@ -176,28 +176,28 @@ double LightSearch::chi_square_of(const Lamp& lamp, double radius_rad, const std
       const Vec3d direction = lamp.direction * std::cos(off) + (u * std::cos(a) + v * std::sin(a)) * std::sin(off);
       column += column_of(c, direction, lamp.inverse_distance);
     }
-    Eigen::MatrixXd extra(look.columns.rows(), 0);
-    for (const Lamp& other : beside) {
+    Eigen::MatrixXd extra(system.columns.rows(), 0);
+    for (const PointLight& other : beside) {
       Eigen::VectorXd of_other = column_of(c, other.direction, other.inverse_distance);
-      project(look.basis, of_other);
+      project(system.basis, of_other);
       extend(extra, of_other);
     }
-    Eigen::VectorXd left = look.left;
-    project(extra, left);
-    project(look.basis, column);
+    Eigen::VectorXd residual = system.residual;
+    project(extra, residual);
+    project(system.basis, column);
     project(extra, column);
-    const double along = column.dot(left), size = column.squaredNorm();
-    chi += left.squaredNorm() - (along > 0 && size > 1e-9 ? along * along / size : 0);
+    const double along = column.dot(residual), size = column.squaredNorm();
+    chi += residual.squaredNorm() - (along > 0 && size > 1e-9 ? along * along / size : 0);
   }
   return chi;
 }
 
-std::vector<LightSearch::Candidate> LightSearch::singles(std::size_t most, Witness witness,
-                                                         const std::vector<Lamp>& beside) {
-  const Landscape map = landscape(witness, beside);
+std::vector<LightSearch::Candidate> LightSearch::find_single_lights(std::size_t most, ObservationSet observation_set,
+                                                         const std::vector<PointLight>& beside) {
+  const ChiSquareMap map = chi_square_map(observation_set, beside);
   std::vector<Candidate> all;
   for (std::size_t i = 0; i < map.directions.size(); ++i)
-    all.push_back({{Lamp{map.directions[i], map.inverse_distance[i], {}}}, map.chi_square[i]});
+    all.push_back({{PointLight{map.directions[i], map.inverse_distance[i], {}}}, map.chi_square[i]});
   return best_of(std::move(all), most);
 }
 
@@ -212,10 +212,10 @@ std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
     Eigen::MatrixXf columns(faces_[channel].columns.rows(), m);
     for (Eigen::Index i = 0; i < m; ++i)
       columns.col(i) =
-          faces_[channel].columns.col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverse.size()));
+          faces_[channel].columns.col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverseDistances.size()));
     const Eigen::MatrixXf gram = columns.transpose() * columns;
-    const Eigen::VectorXf along = columns.transpose() * faces_[channel].left.cast<float>();
-    const auto start = static_cast<float>(faces_[channel].left.squaredNorm());
+    const Eigen::VectorXf along = columns.transpose() * faces_[channel].residual.cast<float>();
+    const auto start = static_cast<float>(faces_[channel].residual.squaredNorm());
     for (Eigen::Index a = 0; a < m; ++a)
       for (Eigen::Index b = a + 1; b < m; ++b) {
         const float aa = gram(a, a), bb = gram(b, b), ab = gram(a, b), det = aa * bb - ab * ab;
@@ -231,15 +231,15 @@ std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
   }
   // The best of each first one stand for all.
   std::vector<Candidate> all;
-  const double near = std::cos(kApart);
+  const double near = std::cos(kMinSeparation_rad);
   for (Eigen::Index a = 0; a < m; ++a) {
     const Vec3d& x = grid()[chosen[static_cast<std::size_t>(a)]];
     Candidate best{{}, 1e300};
     for (Eigen::Index b = a + 1; b < m; ++b) {
       const Vec3d& y = grid()[chosen[static_cast<std::size_t>(b)]];
-      if (chi(a, b) < best.chi_square && dot(x, y) < near) best = {{Lamp{x, 0, {}}, Lamp{y, 0, {}}}, chi(a, b)};
+      if (chi(a, b) < best.chi_square && dot(x, y) < near) best = {{PointLight{x, 0, {}}, PointLight{y, 0, {}}}, chi(a, b)};
     }
-    if (!best.lamps.empty()) all.push_back(std::move(best));
+    if (!best.lights.empty()) all.push_back(std::move(best));
   }
   return best_of(std::move(all), most);
 }

@@ -16,7 +16,7 @@
 
 #include "estimate/estimator.hpp"
 #include "estimate/marker/body_finder.hpp"
-#include "estimate/marker/light_choice.hpp"
+#include "estimate/marker/lighting_estimate.hpp"
 #include "estimate/marker/sampler.hpp"
 
 namespace lightwell {
@@ -25,14 +25,14 @@ struct MarkerOptions {
   EstimatorConfig config;
   std::uint32_t probe_id = 0;
   marker::SamplerOptions sampler;
-  marker::ChoiceOptions choice;
+  marker::LightingEstimateOptions choice;
 };
 
 /// What the last estimate was made from and what a descriptor has no field for.
 struct MarkerReport {
-  FoundBody body;
+  DetectedBody body;
   marker::SampleCounts counts;
-  marker::ChosenLight light;  ///< Irradiances in the descriptor's units.
+  marker::LightingEstimate light;  ///< Irradiances in the descriptor's units.
 };
 
 /// estimate() returns not_found where the body is not in any picture of the bracket. Ceres and AprilTag allocate memory

@@ -3,15 +3,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimate/marker/directions.hpp"
+#include "estimate/marker/fibonacci_directions.hpp"
 
 namespace lightwell::marker {
 namespace {
 
 /// A face that looks down within so much of straight down is one to stand on.
-constexpr double kCosDown = 0.64;
+constexpr double kMinDownCosine = 0.64;
 /// The lens is above the table by at least this share of its distance: flatter, the table shows nothing.
-constexpr double kLensAbove = 0.12;
+constexpr double kMinLensElevation = 0.12;
 /// Points that stand for a ball's hull.
 constexpr int kBallPoints = 48;
 
@@ -19,7 +19,7 @@ constexpr int kBallPoints = 48;
 
 Vec3d center_of(const MarkerBody& body) { return body.ball ? body.ball->center : Vec3d{}; }
 
-PlacedBody::PlacedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model,
+PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model,
                        const Pose& probe_body)
     : body_(body),
       model_(model),
@@ -29,24 +29,24 @@ PlacedBody::PlacedBody(const MarkerBody& body, const LensParameters& lens, const
       origin_(transformed(probe_body, center_)),
       lens_(lens.pose_cv.translation - origin_) {
   if (body.ball) {
-    for (const Vec3d& direction : even_directions(kBallPoints)) hull_.push_back(direction * body.ball->radius_m);
+    for (const Vec3d& direction : fibonacci_directions(kBallPoints)) hull_.push_back(direction * body.ball->radius_m);
     return;
   }
   for (const MarkerFace& face : body.faces)
     for (const FacePoint& p : face.outline) hull_.push_back(point_of(face, p));
 }
 
-Vec3d PlacedBody::normal_of(const MarkerFace& face) const {
+Vec3d PosedBody::normal_of(const MarkerFace& face) const {
   return rotate(probe_body_.rotation, rotate(face.body_face.rotation, Vec3d{0, 0, 1}));
 }
 
-std::optional<PixelPosition> PlacedBody::pixel_of(Vec3d point) const {
+std::optional<PixelPosition> PosedBody::pixel_of(Vec3d point) const {
   return model_.project(transformed(lens_probe_, point + origin_));
 }
 
-std::optional<Table> PlacedBody::table(Vec3d up) const {
+std::optional<GroundPlane> PosedBody::table(Vec3d up) const {
   const MarkerFace* lowest = nullptr;
-  double most = kCosDown;
+  double most = kMinDownCosine;
   if (body_.ball) {
     lowest = &body_.faces.front();
   } else {
@@ -56,11 +56,11 @@ std::optional<Table> PlacedBody::table(Vec3d up) const {
     }
   }
   if (lowest == nullptr) return std::nullopt;
-  Table out;
+  GroundPlane out;
   out.point = point_of(*lowest, {0, 0});
   out.normal = body_.ball ? normal_of(*lowest) : -normal_of(*lowest);
   const Vec3d to_lens = lens_ - out.point;
-  if (!(dot(to_lens, out.normal) > kLensAbove * length(to_lens))) return std::nullopt;
+  if (!(dot(to_lens, out.normal) > kMinLensElevation * length(to_lens))) return std::nullopt;
   return out;
 }
 

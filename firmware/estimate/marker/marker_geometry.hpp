@@ -1,5 +1,5 @@
 // A body where it stands: its faces, its hull and its table in the probe's axes and in a lens's picture.
-//   PlacedBody      faces and ball relative to the centre, seen from one lens
+//   PosedBody      faces and ball relative to the centre, seen from one lens
 #pragma once
 
 #include <optional>
@@ -17,10 +17,10 @@ namespace lightwell::marker {
 /// The point of a body that lights are told from: its ball's centre where it has one, else its frame's origin.
 [[nodiscard]] Vec3d center_of(const MarkerBody& body);
 
-class PlacedBody {
+class PosedBody {
  public:
   /// All three must outlive it.
-  PlacedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model, const Pose& probe_body);
+  PosedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model, const Pose& probe_body);
 
   /// Axes of the probe, from the body's centre, m.
   [[nodiscard]] Vec3d at(Vec3d point_of_body) const { return rotate(probe_body_.rotation, point_of_body - center_); }
@@ -37,7 +37,7 @@ class PlacedBody {
 
   /// The plane that it stands on, without samples: its ball's sheet; else that of the face that looks down most, within
   /// 50 degrees of it and with the lens above. `up`: probe frame. Nothing where there is none.
-  [[nodiscard]] std::optional<Table> table(Vec3d up) const;
+  [[nodiscard]] std::optional<GroundPlane> table(Vec3d up) const;
 
  private:
   const MarkerBody& body_;

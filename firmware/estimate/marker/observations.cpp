@@ -13,10 +13,10 @@ constexpr double kDark = 0.05, kBright = 0.95;
 constexpr double kDarkest = 0.01;
 
 /// How many times brighter the table is in the light than in the shadow, at least 1.
-double contrast_of(const std::optional<Table>& table) {
+double contrast_of(const std::optional<GroundPlane>& table) {
   if (!table || table->samples.size() < 20) return 1;
   std::vector<double> sorted;
-  for (const TableSample& t : table->samples) sorted.push_back(t.radiance);
+  for (const GroundSample& t : table->samples) sorted.push_back(t.radiance);
   const auto at = [&](double share) {
     const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
     std::nth_element(sorted.begin(), place, sorted.end());
@@ -54,28 +54,28 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
     mean_[channel] = n > 0 ? sum / n : 0;
     if (!means.empty())
       brightest_[channel] = std::max(brightest_[channel], contrast * *std::min_element(means.begin(), means.end()));
-    const double floor = errors.surface_floor * brightest_[channel];
+    const double floor = errors.surface_sigma_floor * brightest_[channel];
     root_weight_[channel].resize(n);
-    together_[channel].resize(n);
-    seen_[channel].resize(n);
+    shared_whitened_[channel].resize(n);
+    whitened_[channel].resize(n);
     for (std::size_t k = 0; k < surfaces_.size(); ++k) {
       const Surface& s = surfaces_[k];
-      const double shared = std::hypot(errors.surface_share * means[k], floor);
+      const double shared = std::hypot(errors.surface_relative_sigma * means[k], floor);
       double squared = 0;
       for (int i = s.begin; i < s.end; ++i) {
         const SurfaceSample& sample = samples_[static_cast<std::size_t>(i)];
-        const double alone = std::hypot(sample.sigma[channel], errors.sample_share * sample.irradiance[channel],
-                                        errors.sample_floor * brightest_[channel]);
+        const double alone = std::hypot(sample.sigma[channel], errors.sample_relative_sigma * sample.irradiance[channel],
+                                        errors.sample_sigma_floor * brightest_[channel]);
         // Zero is no deviation to divide by.
         root_weight_[channel][i] = 1 / std::max(alone, 1e-6 * brightest_[channel] + 1e-300);
-        together_[channel][i] = shared * root_weight_[channel][i];
-        squared += together_[channel][i] * together_[channel][i];
-        seen_[channel][i] = sample.irradiance[channel];
+        shared_whitened_[channel][i] = shared * root_weight_[channel][i];
+        squared += shared_whitened_[channel][i] * shared_whitened_[channel][i];
+        whitened_[channel][i] = sample.irradiance[channel];
       }
       shared_[channel].push_back(shared);
-      shrink_[channel].push_back(squared > 0 ? (1 - 1 / std::sqrt(1 + squared)) / squared : 0);
+      shrinkage_[channel].push_back(squared > 0 ? (1 - 1 / std::sqrt(1 + squared)) / squared : 0);
     }
-    whiten(c, seen_[channel]);
+    whiten(c, whitened_[channel]);
   }
 }
 
@@ -84,9 +84,9 @@ void Observations::whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const
   column.array() *= root_weight_[c].array();
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
     const Surface& s = surfaces_[k];
-    const auto t = together_[c].segment(s.begin, s.end - s.begin);
+    const auto t = shared_whitened_[c].segment(s.begin, s.end - s.begin);
     auto x = column.segment(s.begin, s.end - s.begin);
-    x -= (shrink_[c][k] * t.dot(x)) * t;
+    x -= (shrinkage_[c][k] * t.dot(x)) * t;
   }
 }
 
@@ -97,22 +97,22 @@ double Observations::deviations(int channel, int sample, double difference) cons
   return difference / std::hypot(1 / root_weight_[c][sample], shared_[c][k]);
 }
 
-TableObservations::TableObservations(const Table& table, const ErrorModel& errors)
+GroundObservations::GroundObservations(const GroundPlane& table, const ErrorModel& errors)
     : point(table.point), normal(table.normal), step_m(table.step_m) {
   const auto n = static_cast<Eigen::Index>(table.samples.size());
   for (Eigen::ArrayXd* a : {&x, &y, &z, &u, &v, &open, &radiance, &weight}) a->resize(n);
   const auto [along, across] = tangent_basis(normal);
   double mean = 0;
-  for (const TableSample& t : table.samples) mean += t.radiance / static_cast<double>(n);
+  for (const GroundSample& t : table.samples) mean += t.radiance / static_cast<double>(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const TableSample& t = table.samples[static_cast<std::size_t>(i)];
+    const GroundSample& t = table.samples[static_cast<std::size_t>(i)];
     x[i] = t.position.x, y[i] = t.position.y, z[i] = t.position.z;
     u[i] = dot(t.position - point, along), v[i] = dot(t.position - point, across);
     open[i] = 1 - t.occluded;
     radiance[i] = t.radiance;
     // What the body takes of the light from all around it also gives back, from its lit side: not modelled, so doubted.
-    const double doubt = errors.table_share * mean + 0.5 * t.occluded * t.radiance;
-    weight[i] = 1 / (std::hypot(t.sigma, doubt) * std::sqrt(errors.table_together) + 1e-300);
+    const double model_sigma = errors.ground_relative_sigma * mean + 0.5 * t.occluded * t.radiance;
+    weight[i] = 1 / (std::hypot(t.sigma, model_sigma) * std::sqrt(errors.ground_correlated_samples) + 1e-300);
   }
 }
 

@@ -19,7 +19,7 @@
 namespace lightwell::marker {
 
 /// The table's samples, one number each.
-struct TableObservations {
+struct GroundObservations {
   Vec3d point, normal;
   double step_m = 0;
   Eigen::ArrayXd x, y, z;  ///< Where they are.
@@ -28,7 +28,7 @@ struct TableObservations {
   Eigen::ArrayXd radiance;
   Eigen::ArrayXd weight;  ///< One over the standard deviation.
 
-  TableObservations(const Table& table, const ErrorModel& errors);
+  GroundObservations(const GroundPlane& table, const ErrorModel& errors);
   [[nodiscard]] Eigen::Index size() const { return x.size(); }
   /// Of the body's centre above it.
   [[nodiscard]] double height() const { return -dot(point, normal); }
@@ -50,12 +50,12 @@ class Observations {
   /// One number a sample, to one a whitened row; may be the same memory.
   void whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const;
   /// The whitened irradiances.
-  [[nodiscard]] const Eigen::VectorXd& seen(int channel) const { return seen_[static_cast<std::size_t>(channel)]; }
+  [[nodiscard]] const Eigen::VectorXd& seen(int channel) const { return whitened_[static_cast<std::size_t>(channel)]; }
   /// Of a sample's difference from a model: how many of its standard deviations, its surface's included.
   [[nodiscard]] double deviations(int channel, int sample, double difference) const;
 
   /// The table. Null where there is none.
-  [[nodiscard]] const TableObservations* table() const { return table_ ? &*table_ : nullptr; }
+  [[nodiscard]] const GroundObservations* table() const { return table_ ? &*table_ : nullptr; }
 
  private:
   struct Surface {
@@ -65,10 +65,10 @@ class Observations {
   int channels_;
   std::vector<SurfaceSample> samples_;  // by surface
   std::vector<Surface> surfaces_;
-  std::array<Eigen::VectorXd, 3> seen_, root_weight_, together_;
-  std::array<std::vector<double>, 3> shrink_, shared_;
+  std::array<Eigen::VectorXd, 3> whitened_, root_weight_, shared_whitened_;
+  std::array<std::vector<double>, 3> shrinkage_, shared_;
   Rgb brightest_{}, mean_{};
-  std::optional<TableObservations> table_;
+  std::optional<GroundObservations> table_;
 };
 
 }  // namespace lightwell::marker

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimate/marker/directions.hpp"
-#include "estimate/marker/tag_ring.hpp"
+#include "estimate/marker/fibonacci_directions.hpp"
+#include "estimate/marker/tag_border.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -15,13 +15,13 @@ constexpr int kBallPatches = 80;
 constexpr double kBallPatchRadius = 0.14;  // rad
 constexpr int kBallCorners = 8;
 /// The table is looked at as far from the body's centre as this many times its hull's radius.
-constexpr double kTableReach = 3.4;
+constexpr double kGroundRadiusFactor = 3.4;
 /// Points across a sample of the table.
-constexpr int kTablePoints = 4;
+constexpr int kGroundPointsPerSample = 4;
 /// Share of a patch's pixels that may be saturated.
-constexpr double kClipped = 0.01;
+constexpr double kMaxSaturatedFraction = 0.01;
 /// No paper is quite matte where it is seen flatly: deviation of what it tells of light, share, times the cosine.
-constexpr double kSheen = 0.003;
+constexpr double kGrazingRelativeSigma = 0.003;
 
 /// Sums from which a plane is fitted to luminance over a patch, around its first pixel.
 struct PlaneSums {
@@ -47,12 +47,12 @@ struct PlaneSums {
 
 }  // namespace
 
-SphereShares shares_of_sphere(std::span<const SeenSurface> surfaces) {
-  static const std::vector<Vec3d> directions = even_directions(2048);
+SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces) {
+  static const std::vector<Vec3d> directions = fibonacci_directions(2048);
   int covered = 0, saturated = 0;
   for (const Vec3d& d : directions) {
     bool above_any = false, above_readable = false;
-    for (const SeenSurface& s : surfaces) {
+    for (const VisibleSurface& s : surfaces) {
       if (!(dot(s.normal, d) > 0)) continue;
       above_any = true;
       above_readable = above_readable || !s.saturated;
@@ -66,7 +66,7 @@ SphereShares shares_of_sphere(std::span<const SeenSurface> surfaces) {
 
 MarkerSampler::MarkerSampler(int widest, const SamplerOptions& options) : options_(options), row_(widest) {}
 
-void MarkerSampler::note_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out) {
+void MarkerSampler::record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out) {
   const bool readable = out.samples.size() > samples;
   if (readable || counts_.clipped > clipped) surfaces_.push_back({normal, !readable});
 }
@@ -114,7 +114,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
       mean_x += x, mean_y += y;
     }
   }
-  if (plane.n < options_.fewest_pixels) {
+  if (plane.n < options_.min_pixels) {
     ++counts_.small;
     return;
   }
@@ -122,7 +122,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   counts_.brightest = std::max(counts_.brightest, mean);
   counts_.darkest = std::min(counts_.darkest, mean);
   counts_.hidden += bias / plane.n;
-  if (clipped > kClipped * plane.n) {
+  if (clipped > kMaxSaturatedFraction * plane.n) {
     ++counts_.clipped;
     return;
   }
@@ -136,7 +136,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.position = middle;
   sample.normal = patch.normal;
   sample.surface = patch.surface;
-  const double sheen = kSheen / std::max(options_.flattest, dot(normalized(placed_->lens() - middle), patch.normal));
+  const double sheen = kGrazingRelativeSigma / std::max(options_.min_view_cosine, dot(normalized(placed_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * uneven + bias / plane.n;
   for (std::size_t c = 0; c < 3; ++c) {
     const double factor = std::numbers::pi / patch.albedo[c] * scale_;
@@ -146,13 +146,13 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   out.samples.push_back(sample);
 }
 
-void MarkerSampler::sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out) {
-  static const std::vector<Vec3d> normals = even_directions(kBallPatches);
+void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& placed, Shading& out) {
+  static const std::vector<Vec3d> normals = fibonacci_directions(kBallPatches);
   const double radius = body.ball->radius_m;
   patch_.albedo = body.ball->albedo;
   patch_.surface = static_cast<int>(body.faces.size());
   for (const Vec3d& normal : normals) {
-    if (dot(normalized(placed.lens() - normal * radius), normal) < std::max(options_.flattest, 0.35)) continue;
+    if (dot(normalized(placed.lens() - normal * radius), normal) < std::max(options_.min_view_cosine, 0.35)) continue;
     const auto [u, v] = tangent_basis(normal);
     patch_.corners.clear();
     for (int k = 0; k < kBallCorners; ++k) {
@@ -165,12 +165,12 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PlacedBody& placed
     const std::size_t before = out.samples.size();
     const int clipped = counts_.clipped;
     sample_patch(patch_, out);
-    note_surface(normal, before, clipped, out);
+    record_surface(normal, before, clipped, out);
   }
 }
 
-void MarkerSampler::sample_table(Shading& out) {
-  Table& table = *out.table;
+void MarkerSampler::sample_ground(Shading& out) {
+  GroundPlane& table = *out.table;
   const auto [u, v] = tangent_basis(table.normal);
   double radius = 0;
   for (const Vec3d& p : out.hull) radius = std::max(radius, length(p));
@@ -182,8 +182,8 @@ void MarkerSampler::sample_table(Shading& out) {
     outline_.add(pixel->x, pixel->y);
   }
   if (!outline_.close()) return;
-  const double reach = kTableReach * radius;
-  const double step = reach * std::sqrt(std::numbers::pi / options_.table_samples);
+  const double reach = kGroundRadiusFactor * radius;
+  const double step = reach * std::sqrt(std::numbers::pi / options_.ground_samples);
   table.step_m = step;
   const double height = -dot(table.point, table.normal);
   const Vec3d foot = table.normal * -height;
@@ -192,14 +192,14 @@ void MarkerSampler::sample_table(Shading& out) {
     for (int ix = -across; ix <= across; ++ix) {
       const double x = ix * step, y = iy * step, off = std::hypot(x, y);
       if (off > reach) continue;
-      TableSample sample;
+      GroundSample sample;
       sample.position = foot + u * x + v * y;
       double sum = 0, squares = 0, variance = 0, n = 0, bias = 0;
       Rgb color{};
       bool good = true;
-      for (int k = 0; k < kTablePoints * kTablePoints && good; ++k) {
-        const double dx = ((k % kTablePoints + 0.5) / kTablePoints - 0.5) * step,
-                     dy = ((k / kTablePoints + 0.5) / kTablePoints - 0.5) * step;
+      for (int k = 0; k < kGroundPointsPerSample * kGroundPointsPerSample && good; ++k) {
+        const double dx = ((k % kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step,
+                     dy = ((k / kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step;
         const std::optional<PixelPosition> p = placed_->pixel_of(sample.position + u * dx + v * dy);
         good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
                outline_.outside(p->x, p->y) > 2 * options_.margin_px;
@@ -234,15 +234,15 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
   for (std::size_t f = 0; f < body.faces.size(); ++f) {
     const MarkerFace& face = body.faces[f];
     const double facing = dot(normalized(placed_->lens() - placed_->point_of(face, {0, 0})), placed_->normal_of(face));
-    if (facing >= options_.flattest) faces_.push_back({f, facing});
+    if (facing >= options_.min_view_cosine) faces_.push_back({f, facing});
   }
-  const auto most = options_.most_faces > 0 ? static_cast<std::size_t>(options_.most_faces) : faces_.size();
+  const auto most = options_.max_faces > 0 ? static_cast<std::size_t>(options_.max_faces) : faces_.size();
   std::stable_sort(faces_.begin(), faces_.end(),
-                   [](const SeenFace& a, const SeenFace& b) { return a.facing > b.facing; });
+                   [](const VisibleFace& a, const VisibleFace& b) { return a.facing > b.facing; });
   std::size_t kept = 0;
   for (std::size_t k = 0; k < faces_.size() && kept < most; ++k) {
     const MarkerFace& face = body.faces[faces_[k].number];
-    if (look_for_ring(*reader_, row_, lens_, width_, height_, body, face, *placed_) == Ring::missing) {
+    if (detect_tag_border(*reader_, row_, lens_, width_, height_, body, face, *placed_) == TagBorder::absent) {
       counts_.patches += static_cast<int>(face.patches.size());
       counts_.covered += static_cast<int>(face.patches.size());
       continue;
@@ -250,11 +250,11 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
     faces_[kept++] = faces_[k];
   }
   faces_.resize(kept);
-  std::sort(faces_.begin(), faces_.end(), [](const SeenFace& a, const SeenFace& b) { return a.number < b.number; });
+  std::sort(faces_.begin(), faces_.end(), [](const VisibleFace& a, const VisibleFace& b) { return a.number < b.number; });
 }
 
 SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
-                                   const PlacedBody& placed, double scale, int channels, Shading& out) {
+                                   const PosedBody& placed, double scale, int channels, Shading& out) {
   reader_ = &reader;
   placed_ = &placed;
   lens_ = lens, width_ = width, height_ = height, scale_ = scale;
@@ -266,7 +266,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   out.channels = channels;
   out.hull = placed.hull();
   choose_faces(body);
-  for (const SeenFace& seen : faces_) {
+  for (const VisibleFace& seen : faces_) {
     const MarkerFace& face = body.faces[seen.number];
     const Vec3d normal = placed.normal_of(face);
     const std::size_t before = out.samples.size();
@@ -279,13 +279,13 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
       patch_.surface = static_cast<int>(seen.number);
       sample_patch(patch_, out);
     }
-    note_surface(normal, before, clipped, out);
+    record_surface(normal, before, clipped, out);
     counts_.faces += out.samples.size() > before ? 1 : 0;
   }
   if (body.ball) sample_ball(body, placed, out);
   out.table = placed.table(options_.up);
   if (out.table) {
-    sample_table(out);
+    sample_ground(out);
     if (out.table->samples.empty()) out.table.reset();
   }
   counts_.cleaned = reading_.cleaned;

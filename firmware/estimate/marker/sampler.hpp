@@ -10,7 +10,7 @@
 #include <lightwell/marker_body.hpp>
 
 #include "estimate/common/row_reader.hpp"
-#include "estimate/marker/convex_outline.hpp"
+#include "estimate/marker/convex_hull_2d.hpp"
 #include "estimate/marker/marker_geometry.hpp"
 #include "estimate/marker/shading.hpp"
 
@@ -20,17 +20,17 @@ struct SamplerOptions {
   /// Pixels next to a patch's edge that are left to its neighbour: blur, and what the pose may be off.
   double margin_px = 1.5;
   /// Faces seen flatter than this are not looked at: cosine of the angle to their normal.
-  double flattest = 0.12;
+  double min_view_cosine = 0.12;
   /// Only so many faces are sampled, those that face the lens most; 0: all that it sees. The table is sampled either
   /// way. Fewer take less time, and tell less: light that falls along one face alone has no direction of its own.
-  int most_faces = 0;
+  int max_faces = 0;
   /// Pixels that a patch must have left.
-  int fewest_pixels = 12;
+  int min_pixels = 12;
   /// What stands over a patch in part (a shadow's edge, another object) makes it uneven: left out from this share of
   /// its mean on.
   double uneven = 0.10;
   /// Samples of the table.
-  int table_samples = 400;
+  int ground_samples = 400;
   Vec3d up{0, 1, 0};  ///< Probe frame: which of the faces that are not seen it stands on.
 };
 
@@ -50,18 +50,18 @@ struct SampleCounts {
 };
 
 /// A surface of the body that the lens sees. It receives light from the hemisphere of directions above it.
-struct SeenSurface {
+struct VisibleSurface {
   Vec3d normal;
   bool saturated = false;  ///< None of its patches is anything but saturated.
 };
 
 /// Shares as the descriptor has them: `coverage` of the sphere, directions above at least one surface; `saturated` of
 /// the covered directions, those above saturated surfaces alone.
-struct SphereShares {
+struct SphereCoverage {
   double coverage = 0, saturated = 0;
 };
 /// Summed over 2,048 directions: within 0.002.
-[[nodiscard]] SphereShares shares_of_sphere(std::span<const SeenSurface> surfaces);
+[[nodiscard]] SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces);
 
 /// The reader is bound to the frames. Radiance is in the reader's units times `scale`. Holds memory from frame to
 /// frame.
@@ -69,13 +69,13 @@ class MarkerSampler {
  public:
   MarkerSampler(int widest, const SamplerOptions& options);
 
-  /// As SamplerOptions::most_faces.
-  void set_max_faces(int most) { options_.most_faces = most; }
+  /// As SamplerOptions::max_faces.
+  void set_max_faces(int most) { options_.max_faces = most; }
   /// Of the last picture.
-  [[nodiscard]] const std::vector<SeenSurface>& surfaces() const { return surfaces_; }
+  [[nodiscard]] const std::vector<VisibleSurface>& surfaces() const { return surfaces_; }
   /// Fills `out`. `channels`: 1 where the camera is grey.
   SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
-                      const PlacedBody& placed, double scale, int channels, Shading& out);
+                      const PosedBody& placed, double scale, int channels, Shading& out);
 
  private:
   struct Patch {
@@ -84,7 +84,7 @@ class MarkerSampler {
     Rgb albedo;
     int surface = 0;
   };
-  struct SeenFace {
+  struct VisibleFace {
     std::size_t number = 0;
     double facing = 0;  // cosine of the angle between its normal and the way to the lens
   };
@@ -92,21 +92,21 @@ class MarkerSampler {
   /// takes their place.
   void choose_faces(const MarkerBody& body);
   /// Notes a surface of which samples or saturated patches have come since there were so many.
-  void note_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out);
+  void record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out);
   void sample_patch(const Patch& patch, Shading& out);
-  void sample_ball(const MarkerBody& body, const PlacedBody& placed, Shading& out);
-  void sample_table(Shading& out);
+  void sample_ball(const MarkerBody& body, const PosedBody& placed, Shading& out);
+  void sample_ground(Shading& out);
 
   SamplerOptions options_;
   estimate::LinearRow row_;
-  estimate::ReadingCounts reading_;
-  ConvexOutline outline_;
+  estimate::ReadStatistics reading_;
+  ConvexHull2d outline_;
   Patch patch_;
-  std::vector<SeenFace> faces_;
-  std::vector<SeenSurface> surfaces_;
+  std::vector<VisibleFace> faces_;
+  std::vector<VisibleSurface> surfaces_;
   // Of the frame at hand.
   estimate::RowReader* reader_ = nullptr;
-  const PlacedBody* placed_ = nullptr;
+  const PosedBody* placed_ = nullptr;
   int lens_ = 0, width_ = 0, height_ = 0;
   double scale_ = 1;
   SampleCounts counts_;

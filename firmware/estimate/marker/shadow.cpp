@@ -8,11 +8,11 @@ namespace {
 /// Of the way to the lamp (whose length is about one): what a point of the body is further below it than so much has
 /// its shadow at a finite place. A lamp that is lower than the point throws the shadow without end; then it ends far
 /// outside of all samples.
-constexpr double kLeastRise = 0.01;
+constexpr double kMinElevation = 0.01;
 
 }  // namespace
 
-bool Shadow::light(const TableObservations& table, std::span<const Vec3d> hull, Vec3d direction,
+bool Shadow::light(const GroundObservations& table, std::span<const Vec3d> hull, Vec3d direction,
                    double inverse_distance, Eigen::ArrayXd& out) {
   out.setZero(table.size());
   const auto [u, v] = tangent_basis(table.normal);
@@ -25,7 +25,7 @@ bool Shadow::light(const TableObservations& table, std::span<const Vec3d> hull, 
     // Towards the lamp from p, scaled by the inverse distance so that infinity is no special case.
     const Vec3d to_lamp = direction - p * inverse_distance;
     const Vec3d on_table =
-        p - to_lamp * (dot(p - table.point, table.normal) / std::max(kLeastRise, dot(to_lamp, table.normal))) -
+        p - to_lamp * (dot(p - table.point, table.normal) / std::max(kMinElevation, dot(to_lamp, table.normal))) -
         table.point;
     outline_.add(dot(on_table, u), dot(on_table, v));
   }

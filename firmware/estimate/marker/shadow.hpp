@@ -7,7 +7,7 @@
 
 #include <lightwell/geometry.hpp>
 
-#include "estimate/marker/convex_outline.hpp"
+#include "estimate/marker/convex_hull_2d.hpp"
 #include "estimate/marker/observations.hpp"
 
 namespace lightwell::marker {
@@ -19,11 +19,11 @@ class Shadow {
   /// irradiance in the body's centre is one: cosine, falloff, and the share of the lamp that is seen past the body, a
   /// ramp as wide as a sample and a penumbra of a twentieth of the body's height. Where the lamp is below the table:
   /// all dark, false.
-  bool light(const TableObservations& table, std::span<const Vec3d> hull, Vec3d direction, double inverse_distance,
+  bool light(const GroundObservations& table, std::span<const Vec3d> hull, Vec3d direction, double inverse_distance,
              Eigen::ArrayXd& out);
 
  private:
-  ConvexOutline outline_;
+  ConvexHull2d outline_;
   Eigen::ArrayXd share_, squared_;
 };
 

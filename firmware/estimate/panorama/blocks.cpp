@@ -7,8 +7,8 @@
 
 namespace lightwell::estimate {
 BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)
-    : table_(table), layout_(layout), row_(widest(table)) {
-  const auto n = static_cast<std::size_t>(widest(table));
+    : table_(table), layout_(layout), row_(max_image_width(table)) {
+  const auto n = static_cast<std::size_t>(max_image_width(table));
   for (auto* column : {&r_, &g_, &b_, &peak_, &low_, &clipped_}) column->resize(n);
   for (std::size_t block = 0; block < layout.size(); ++block) {
     const BlockLayout::Place p = layout.place(block);
@@ -50,7 +50,7 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
                                    peak_.data() + first};
         if (const std::byte* floats = reader.floats(lens, y, span.first);
             floats != nullptr &&
-            add_float_row(floats, solid_angle, n, reader.scale_of_floats(), RowReader::kBrightest, depth, columns))
+            add_float_row(floats, solid_angle, n, reader.scale_of_floats(), RowReader::kMaxRadiance, depth, columns))
           continue;
         reader.read(lens, y, span.first, span.end, RowReader::Reading::with_errors, row_, out.counts);
         const float* __restrict sr = solid_angle;

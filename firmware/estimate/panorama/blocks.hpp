@@ -25,9 +25,9 @@ struct BlockSums {
   std::vector<std::uint8_t> exposures;
   /// Luminance, integrated over solid angle, of blocks where something moved between the exposures: what the block
   /// gives or by how much the exposures differ, whichever is more.
-  double moved_light = 0;
+  double motion_luminance = 0;
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
-  ReadingCounts counts;
+  ReadStatistics counts;
 
   explicit BlockSums(const BlockLayout& layout)
       : sum(layout.size()),
@@ -38,7 +38,7 @@ struct BlockSums {
         clipped(layout.size()) {}
   /// What is counted over all blocks, not the blocks themselves.
   void clear() {
-    clipped_sr = noise = bias = moved_light = 0;
+    clipped_sr = noise = bias = motion_luminance = 0;
     counts = {};
     std::fill(clipped.begin(), clipped.end(), 0.0F);
   }

@@ -22,7 +22,7 @@ constexpr float kDeviations = 3, kShare = 0.02F;
 constexpr float kChromaDeviations = 6, kChromaShare = 0.05F;
 /// Planes of r, g, b and of what shared_tops() gives, of two rows.
 constexpr std::size_t kPlaneRows = 8;
-constexpr int kFewest = static_cast<int>(kFewestLanes);
+constexpr int kMinLanesInt = static_cast<int>(kMinLanes);
 constexpr std::size_t kColumnKinds = 10 + 2 * (kMaxBracket - 1);
 
 /// Rounded to `bits` bits of the upper end.
@@ -32,8 +32,8 @@ float shortened(float v, int bits) {
   return std::bit_cast<float>((whole + half) & ~(2 * half - 1));
 }
 
-CodeWorth worth_of(const PhotometricCalibration& p, int levels) {
-  CodeWorth w;
+CodeLut make_lut(const PhotometricCalibration& p, int levels) {
+  CodeLut w;
   w.linear = linear_table(p, levels);
   w.weight.resize(w.linear.size());
   const auto read2 = static_cast<float>(p.read_noise * p.read_noise), shot = static_cast<float>(p.shot_noise);
@@ -44,7 +44,7 @@ CodeWorth worth_of(const PhotometricCalibration& p, int levels) {
     const float x = w.linear[i], step = i > 0 ? x - w.linear[i - 1] : w.linear[1] - w.linear[0];
     // A floor keeps the weight finite for a camera without stated noise; then all count alike in linear value.
     variance[i] = read2 + shot * std::max(0.0F, x) + step * step * (1.0F / 12) + 1e-12F;
-    const float hidden = hidden_light(x, step, cut_noise);
+    const float hidden = near_black_bias(x, step, cut_noise);
     if (!(hidden > 0)) continue;
     w.hidden_until = std::max(w.hidden_until, x + 0.5F * step);
     w.hidden = std::max(w.hidden, hidden);
@@ -86,19 +86,19 @@ const std::uint8_t* row_of(const View& view, int y) {
 BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
                          const BlockPass& blocks)
     : table_(table), layout_(layout), blocks_(blocks) {
-  const auto width = static_cast<std::size_t>(widest(table));
+  const auto width = static_cast<std::size_t>(max_image_width(table));
   // Whole blocks, and whole vectors beyond them.
-  column_stride_ = width + kMostRows + 2 * kFewestLanes;
+  column_stride_ = width + kMaxRows + 2 * kMinLanes;
   sums_.resize(kColumnKinds * column_stride_);
   float* at = sums_.data();
   const auto next = [&] { return std::exchange(at, at + column_stride_); };
   for (float** column : {&columns_.r, &columns_.g, &columns_.b, &columns_.low, &columns_.peak, &columns_.noise,
                          &columns_.bias, &columns_.clipped, &folded_.luminance, &folded_.across})
     *column = next();
-  for (auto& column : columns_.differ) column = next();
-  for (auto& column : columns_.doubt) column = next();
+  for (auto& column : columns_.difference) column = next();
+  for (auto& column : columns_.noise_allowance) column = next();
   planes_.resize(kMaxBracket * kPlaneRows * width);
-  dispute_.resize(kBracketChunk);
+  disagreement_.resize(kBracketChunk);
   for (std::size_t block = 0; block < layout.size(); ++block) {
     const BlockLayout::Place p = layout.place(block);
     const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
@@ -115,9 +115,9 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
   }
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& p = lens.photometry;
-    LensPlan plan{worth_of(p, 256),
-                  worth_of(p, 1024),
-                  worth_of(p, 4096),
+    LensPlan plan{make_lut(p, 256),
+                  make_lut(p, 1024),
+                  make_lut(p, 4096),
                   {},
                   p.response.kind == ResponseCurve::Kind::linear,
                   false,
@@ -127,14 +127,14 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
   }
 }
 
-bool BracketPass::takes(std::span<const Frame> bracket) const {
+bool BracketPass::supports(std::span<const Frame> bracket) const {
   // A quad of a mosaic must not lie in two blocks.
   if (bracket.size() < 2 || layout_.edge() < 2) return false;
   const PixelFormat format = bracket[0].views()[0].format;
   if (format == PixelFormat::rgb_f32) return false;
   for (const Frame& frame : bracket)
     for (const View& v : frame.views())
-      if (v.format != format || v.width < (is_bayer(format) ? 2 : 1) * kFewest) return false;
+      if (v.format != format || v.width < (is_bayer(format) ? 2 : 1) * kMinLanesInt) return false;
   return true;
 }
 
@@ -181,12 +181,12 @@ void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
   const std::size_t first_block = layout_.block_of(chunk.lens, chunk.begin, chunk.top);
   const std::size_t first = static_cast<std::size_t>(chunk.begin) / (is_bayer(format_) ? 2 : 1);
   const auto blocks = static_cast<std::size_t>((chunk.end - chunk.begin + layout_.edge() - 1) >> layout_.shift());
-  const float unit = unit_ * worth_for(chunk.lens).unit;
+  const float unit = unit_ * lut_for(chunk.lens).unit;
   const float pixels = is_bayer(format_) ? 4 : 1;  // That are compared as one.
   sum(chunk, count_);
   unsigned fewer = 0;  // A bit for each number of exposures that some block takes less than all.
   for (std::size_t k = 0; k < blocks; ++k) {
-    const int agree = agreeing(first + k, dispute_[k]);
+    const int agree = consistent_exposures(first + k, disagreement_[k]);
     out.exposures[first_block + k] = static_cast<std::uint8_t>(agree);
     if (agree == count_)
       finish_block(chunk, first_block + k, first + k, out);
@@ -200,7 +200,7 @@ void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
       const std::size_t block = first_block + k;
       if (out.exposures[block] != count) continue;
       finish_block(chunk, block, first + k, out);
-      out.moved_light += std::max(dispute_[k] * pixels * pixel_sr_[block] * unit, out.sum[block].luminance());
+      out.motion_luminance += std::max(disagreement_[k] * pixels * pixel_sr_[block] * unit, out.sum[block].luminance());
     }
   }
 }
@@ -219,8 +219,8 @@ void BracketPass::sum(const Chunk& chunk, int count) {
                         columns_.clipped})
     std::fill_n(column + first, room, 0.0F);
   for (std::size_t k = 0; k + 1 < static_cast<std::size_t>(count); ++k) {
-    std::fill_n(columns_.differ[k] + first, room, 0.0F);
-    std::fill_n(columns_.doubt[k] + first, room, 0.0F);
+    std::fill_n(columns_.difference[k] + first, room, 0.0F);
+    std::fill_n(columns_.noise_allowance[k] + first, room, 0.0F);
   }
 
   BracketRow row;
@@ -228,7 +228,7 @@ void BracketPass::sum(const Chunk& chunk, int count) {
                : format_ == PixelFormat::bayer_rggb8 ? BracketSource::mosaic8
                : is_bayer(format_)                   ? BracketSource::mosaic16
                                                      : BracketSource::planes8;
-  row.worth = &worth_for(chunk.lens);
+  row.lut = &lut_for(chunk.lens);
   row.count = count;
   row.deviations = row.source == BracketSource::planes8 ? kChromaDeviations : kDeviations;
   row.share = row.source == BracketSource::planes8 ? kChromaShare : kShare;
@@ -243,8 +243,8 @@ void BracketPass::sum(const Chunk& chunk, int count) {
     row.inverse_vignetting = lens.inverse_vignetting.data() + static_cast<std::size_t>(y) * width;
     row.depth = static_cast<float>(y - chunk.top) + (per == 2 ? 0.5F : 0.0F);
     // Whole vectors are read: of a narrow stretch, what lies beside it too.
-    const int readable_end = std::min(std::max((end + 1) & ~1, begin / 2 * 2 + per * kFewest), lens.width);
-    const int readable_begin = std::max(0, std::min(begin / 2 * 2, readable_end - per * kFewest));
+    const int readable_end = std::min(std::max((end + 1) & ~1, begin / 2 * 2 + per * kMinLanesInt), lens.width);
+    const int readable_begin = std::max(0, std::min(begin / 2 * 2, readable_end - per * kMinLanesInt));
     point_at_row(chunk, y, readable_begin, readable_end, row);
     merge_bracket_row(row, static_cast<std::size_t>(begin / per), static_cast<std::size_t>(end / per),
                       static_cast<std::size_t>(readable_end / per), columns_);
@@ -252,10 +252,10 @@ void BracketPass::sum(const Chunk& chunk, int count) {
   fold_bracket_columns(columns_, count - 1, row.luminance, first, edge, blocks, folded_);
 }
 
-const CodeWorth& BracketPass::worth_for(int lens) const {
+const CodeLut& BracketPass::lut_for(int lens) const {
   const LensPlan& plan = lenses_[static_cast<std::size_t>(lens)];
-  if (format_ == PixelFormat::bayer_rggb10) return plan.worth10;
-  return format_ == PixelFormat::bayer_rggb12 ? plan.worth12 : plan.worth8;
+  if (format_ == PixelFormat::bayer_rggb10) return plan.lut10;
+  return format_ == PixelFormat::bayer_rggb12 ? plan.lut12 : plan.lut8;
 }
 
 RowSpan BracketPass::span_of(const LensTable& lens, int y) const {
@@ -308,7 +308,7 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   const auto planes = [&](int row) {
     return PlaneRow{plane(row, 0) + from, plane(row, 1) + from, plane(row, 2) + from};
   };
-  const unsigned saturated_from = worth_for(chunk.lens).saturated_from;
+  const unsigned saturated_from = lut_for(chunk.lens).saturated_from;
   const bool quads = format_ == PixelFormat::nv12;
   const int row = quads ? y % 2 : 0;
   out.at = {plane(row, 0), plane(row, 1), plane(row, 2), plane(row, 3)};
@@ -332,12 +332,12 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   shared_tops(upper, &lower, pixels, saturated_from, plane(0, 3) + from, plane(1, 3) + from);
 }
 
-int BracketPass::agreeing(std::size_t at, float& dispute) const {
+int BracketPass::consistent_exposures(std::size_t at, float& disagreement) const {
   for (std::size_t pair = 0; pair + 1 < static_cast<std::size_t>(count_); ++pair) {
-    dispute = std::abs(columns_.differ[pair][at]);
-    if (dispute > columns_.doubt[pair][at]) return static_cast<int>(pair) + 1;
+    disagreement = std::abs(columns_.difference[pair][at]);
+    if (disagreement > columns_.noise_allowance[pair][at]) return static_cast<int>(pair) + 1;
   }
-  dispute = 0;
+  disagreement = 0;
   return count_;
 }
 
@@ -347,7 +347,7 @@ void BracketPass::finish_block(const Chunk& chunk, std::size_t block, std::size_
   const float low = columns_.low[at], peak = columns_.peak[at], clipped = columns_.clipped[at];
   // From places of quads to places of pixels.
   const float across = is_bayer(format_) ? 2 * folded_.across[at] + 0.5F * luminance : folded_.across[at];
-  const float unit = unit_ * worth_for(chunk.lens).unit;
+  const float unit = unit_ * lut_for(chunk.lens).unit;
   const BlockPass::Middle middle = blocks_.middle(block);
   out.sum[block] = {r * plan.white[0] * unit, g * plan.white[1] * unit, b * plan.white[2] * unit};
   out.peak[block] = peak * unit;

@@ -29,13 +29,13 @@ class BracketPass {
   BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout, const BlockPass& blocks);
 
   /// Two exposures or more of one format of codes, wide enough for vectors. Others go through BlockPass.
-  [[nodiscard]] bool takes(std::span<const Frame> bracket) const;
+  [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
   /// The bracket has passed RowReader::bind().
   void run(std::span<const Frame> bracket, BlockSums& out);
 
  private:
   struct LensPlan {
-    CodeWorth worth8, worth10, worth12;
+    CodeLut lut8, lut10, lut12;
     std::array<float, 3> white{1, 1, 1};
     bool linear = false;                 ///< Codes are.
     bool seen = false;                   ///< By the bracket at hand.
@@ -46,7 +46,7 @@ class BracketPass {
     int lens, top, rows, begin, end;
   };
 
-  [[nodiscard]] const CodeWorth& worth_for(int lens) const;
+  [[nodiscard]] const CodeLut& lut_for(int lens) const;
   void sort(std::span<const Frame> bracket);
   void run_chunk(const Chunk& chunk, BlockSums& out);
   /// The chunk's sums of the `count` shortest exposures.
@@ -58,7 +58,7 @@ class BracketPass {
   void point_at_planes(const Chunk& chunk, int y, int begin, int end, std::size_t k, ExposureRow& out);
   /// How many exposures the block whose sums are at `at` takes; `dispute`: by how much the first that it does not take
   /// differs, of pixels.
-  [[nodiscard]] int agreeing(std::size_t at, float& dispute) const;
+  [[nodiscard]] int consistent_exposures(std::size_t at, float& disagreement) const;
   void finish_block(const Chunk& chunk, std::size_t block, std::size_t at, BlockSums& out) const;
 
   const RigTable& table_;
@@ -74,7 +74,7 @@ class BracketPass {
   std::size_t column_stride_;
   BracketColumns columns_{};
   FoldedColumns folded_{};
-  std::vector<float> dispute_;        ///< By block of a chunk: the light by which its exposures differ.
+  std::vector<float> disagreement_;        ///< By block of a chunk: the light by which its exposures differ.
   std::vector<std::uint8_t> planes_;  ///< Rows of YCbCr as codes of r, g, b, by exposure.
 };
 

@@ -7,33 +7,33 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr std::size_t kMostBlocks = 2048;
+constexpr std::size_t kMaxBlocks = 2048;
 /// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees
 /// but a part of itself: the other lens tells it.
-constexpr double kLeastShare = 0.1;
+constexpr double kMinOverlapShare = 0.1;
 
 }  // namespace
 
 BrightPixels::BrightPixels(const RigTable& table, const BlockLayout& layout)
     : table_(table),
       layout_(layout),
-      most_blocks_(std::min(kMostBlocks, layout.size())),
+      max_blocks_(std::min(kMaxBlocks, layout.size())),
       mean_sr_(pixel_side(table) * pixel_side(table)),
-      least_of_twins_(static_cast<float>(kLeastShare * mean_sr_)),
+      min_overlap_solid_angle_(static_cast<float>(kMinOverlapShare * mean_sr_)),
       slot_of_block_(layout.size(), -1),
-      row_(widest(table)) {
+      row_(max_image_width(table)) {
   Id pixels = 0;
   for (const LensTable& lens : table.lenses) {
     lens_first_.push_back(pixels);
     pixels += static_cast<Id>(lens.width) * static_cast<Id>(lens.height);
   }
   lens_first_.push_back(pixels);
-  blocks_.reserve(most_blocks_);
-  rows_.reserve(most_blocks_);
-  pool_.resize(most_blocks_ << 2 * layout.shift());
+  blocks_.reserve(max_blocks_);
+  rows_.reserve(max_blocks_);
+  pool_.resize(max_blocks_ << 2 * layout.shift());
 }
 
-void BrightPixels::forget() {
+void BrightPixels::clear() {
   for (const std::uint32_t block : blocks_) slot_of_block_[block] = -1;
   blocks_.clear();
   rows_.clear();
@@ -66,7 +66,7 @@ void BrightPixels::read_row(RowReader& reader, std::int32_t slot, int row) {
   rows_[number] |= std::uint64_t{1} << row;
   const BlockLayout::Place p = layout_.place(blocks_[number]);
   Light* out = &pool_[(number << layout_.shift() | static_cast<std::size_t>(row)) << layout_.shift()];
-  ReadingCounts ignored;  // The pass over all pixels has counted these already.
+  ReadStatistics ignored;  // The pass over all pixels has counted these already.
   reader.read(p.lens, p.y + row, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
   const float* solid_angle = &lens({p.lens, 0, 0}).solid_angle[index({p.lens, p.x, p.y + row})];
   for (std::size_t i = 0; i < static_cast<std::size_t>(p.width); ++i)
@@ -76,7 +76,7 @@ void BrightPixels::read_row(RowReader& reader, std::int32_t slot, int row) {
 
 bool BrightPixels::at_edge(Place p) const {
   const LensTable& own = lens(p);
-  return !own.twin.empty() && own.twin[index(p)] >= 0 && own.solid_angle[index(p)] < least_of_twins_;
+  return !own.twin.empty() && own.twin[index(p)] >= 0 && own.solid_angle[index(p)] < min_overlap_solid_angle_;
 }
 
 }  // namespace lightwell::estimate

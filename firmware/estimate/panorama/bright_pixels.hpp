@@ -35,12 +35,12 @@ class BrightPixels {
   /// How many pixels there are, read or not.
   [[nodiscard]] std::size_t size() const { return lens_first_.back(); }
   /// How many blocks can be read in a frame.
-  [[nodiscard]] std::size_t most_blocks() const { return most_blocks_; }
+  [[nodiscard]] std::size_t max_blocks() const { return max_blocks_; }
   /// Solid angle of a mean pixel, sr.
   [[nodiscard]] double mean_solid_angle() const { return mean_sr_; }
 
   /// Before a new frame.
-  void forget();
+  void clear();
   /// All of a block. Nothing where no room is left.
   void read(RowReader& reader, std::size_t block);
   /// Whether any row of it was read.
@@ -74,13 +74,13 @@ class BrightPixels {
   /// about the one that sees the same direction: what is bright in both need not be brightest in pixels of one
   /// direction.
   template <class Visit>
-  void for_neighbours(Place p, Visit&& visit) const;
+  void for_each_neighbour(Place p, Visit&& visit) const;
 
  private:
   /// Where the block's pixels are in the pool; less than 0 where no room is left.
   [[nodiscard]] std::int32_t take_slot(std::size_t block) {
     const std::int32_t slot = slot_of_block_[block];
-    return slot >= 0 || blocks_.size() >= most_blocks_ ? slot : new_slot(block);
+    return slot >= 0 || blocks_.size() >= max_blocks_ ? slot : new_slot(block);
   }
   std::int32_t new_slot(std::size_t block);
   void read_row(RowReader& reader, std::int32_t slot, int row);
@@ -96,9 +96,9 @@ class BrightPixels {
 
   const RigTable& table_;
   const BlockLayout& layout_;
-  std::size_t most_blocks_;
+  std::size_t max_blocks_;
   double mean_sr_;
-  float least_of_twins_;
+  float min_overlap_solid_angle_;
   std::vector<Id> lens_first_;
   std::vector<std::int32_t> slot_of_block_;
   std::vector<std::uint32_t> blocks_;  ///< That have been read in part, by slot.
@@ -108,7 +108,7 @@ class BrightPixels {
 };
 
 template <class Visit>
-void BrightPixels::for_neighbours(Place p, Visit&& visit) const {
+void BrightPixels::for_each_neighbour(Place p, Visit&& visit) const {
   const LensTable& own = lens(p);
   const bool inside = p.x > 0 && p.y > 0 && p.x + 1 < own.width && p.y + 1 < own.height;
   for (int dy = -1; dy <= 1; ++dy) {

@@ -8,11 +8,11 @@ namespace lightwell::estimate {
 namespace {
 
 /// So much of the saturated solid angle must belong to lights.
-constexpr double kMostOfIt = 0.75;
+constexpr double kMinExplainedFraction = 0.75;
 /// Of a light, what lies within twice its radius and this much: a block is that wide.
 constexpr float kReachRad = 0.035F;
 /// Saturated by a light that has less than this share of it: of a neighbour's glow.
-constexpr double kHardly = 0.02;
+constexpr double kMinLightFraction = 0.02;
 
 }  // namespace
 
@@ -39,9 +39,9 @@ void find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<
     clipped_sr[nearest] += sums.clipped[block];
     known_sr += sums.clipped[block];
   }
-  if (known_sr < kMostOfIt * sums.clipped_sr) return;
+  if (known_sr < kMinExplainedFraction * sums.clipped_sr) return;
   for (std::size_t k = 0; k < count; ++k)
-    if (clipped_sr[k] > kHardly * known_sr) tracks.push_back(lights[k].track);
+    if (clipped_sr[k] > kMinLightFraction * known_sr) tracks.push_back(lights[k].track);
 }
 
 }  // namespace lightwell::estimate

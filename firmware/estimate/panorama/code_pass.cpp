@@ -28,11 +28,11 @@ LaneSums CodePass::Scratch::at(std::size_t lane) {
 }
 
 CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout)
-    : layout_(layout), weights_(table, layout), planes_(3 * kMostRows * kCodeChunk) {
+    : layout_(layout), weights_(table, layout), planes_(3 * kMaxRows * kCodeChunk) {
   const auto edge = static_cast<std::size_t>(layout.edge());
-  const std::size_t columns = (static_cast<std::size_t>(widest(table)) + edge - 1) / edge;
-  groups_.assign(3, Scratch(3 * columns * edge + kFewestLanes + kBlockRoom));
-  if (layout.edge() < 2 || layout.edge() > kMostRows) return;
+  const std::size_t columns = (static_cast<std::size_t>(max_image_width(table)) + edge - 1) / edge;
+  groups_.assign(3, Scratch(3 * columns * edge + kMinLanes + kBlockPadding));
+  if (layout.edge() < 2 || layout.edge() > kMaxRows) return;
   for (int lens = 0; lens < layout.lens_count(); ++lens)
     plan_lens(rig.lenses[static_cast<std::size_t>(lens)].photometry);
   codes_.resize(columns);
@@ -40,8 +40,8 @@ CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockL
 
 void CodePass::Codes::resize(std::size_t blocks) {
   for (auto* of_colors : {&sum, &across, &down, &top})
-    for (std::vector<float>& values : *of_colors) values.resize(blocks + kBlockLightRoom);
-  clipped.resize(blocks + kBlockLightRoom);
+    for (std::vector<float>& values : *of_colors) values.resize(blocks + kBlockLightPadding);
+  clipped.resize(blocks + kBlockLightPadding);
 }
 
 BlockCodes CodePass::Codes::at_first() {
@@ -51,10 +51,10 @@ BlockCodes CodePass::Codes::at_first() {
   return {of(sum), of(across), of(down), of(top), clipped.data()};
 }
 
-bool CodePass::takes(std::span<const Frame> bracket) const {
+bool CodePass::supports(std::span<const Frame> bracket) const {
   if (bracket.size() != 1 || lenses_.empty()) return false;
   for (const View& v : bracket[0].views()) {
-    if (v.format == PixelFormat::rgb_f32 || v.width < static_cast<int>(kFewestLanes)) return false;
+    if (v.format == PixelFormat::rgb_f32 || v.width < static_cast<int>(kMinLanes)) return false;
     // A word's table would have 4096 entries; sensors with raw output are linear.
     const bool words = v.format == PixelFormat::bayer_rggb10 || v.format == PixelFormat::bayer_rggb12;
     if (words && !lenses_[static_cast<std::size_t>(v.lens)].identity) return false;
@@ -108,7 +108,7 @@ void CodePass::run(const Frame& frame, BlockSums& out) {
 
 void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run) {
   const Lanes lanes = lanes_of(view.format);
-  const Stretch s = weights_.stretch(view.lens, lanes, run);
+  const LaneRange s = weights_.lane_range(view.lens, lanes, run);
   const std::uint8_t* weights = weights_.weights(run, lanes);
   const CodeTable16* table = plan.identity ? nullptr : &plan.linear16;
   const auto sum_codes = [&](const CodeRows& codes, const std::uint8_t* w, std::size_t w_stride, std::size_t count,
@@ -143,12 +143,12 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
     return;
   }
   for (std::size_t done = 0; done < s.count; done += kCodeChunk) {
-    const std::size_t count = std::min(kCodeChunk, std::max(s.count - done, kFewestLanes));
+    const std::size_t count = std::min(kCodeChunk, std::max(s.count - done, kMinLanes));
     const std::size_t within = std::min(done, s.count - count), at = s.begin + within;
     const auto plane = [&](int y) {
-      constexpr std::size_t kNext = kMostRows * kCodeChunk;
+      constexpr std::size_t kPlaneStride = kMaxRows * kCodeChunk;
       std::uint8_t* r = planes_.data() + static_cast<std::size_t>(y) * kCodeChunk;
-      return PlaneRow{r, r + kNext, r + 2 * kNext};
+      return PlaneRow{r, r + kPlaneStride, r + 2 * kPlaneStride};
     };
     const auto line = [&](int y) { return bytes(view, static_cast<std::size_t>(top + y)); };
     if (view.format == PixelFormat::yuyv) {
@@ -163,7 +163,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       }
     }
     for (std::size_t c = 0; c < 3; ++c)
-      sum_codes({planes_.data() + c * kMostRows * kCodeChunk, kCodeChunk, rows, table, plan.clipped8}, weights + within,
+      sum_codes({planes_.data() + c * kMaxRows * kCodeChunk, kCodeChunk, rows, table, plan.clipped8}, weights + within,
                 s.count, count, groups_[c].at(at));
   }
 }
@@ -280,7 +280,7 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   in.cut_noise = plan.cut_noise;
   if (!plan.identity) in.step = plan.step8.data();
   const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
-  const BlockDoubt doubt = light_of_blocks(
+  const BlockErrorSums doubt = convert_block_sums(
       in, weights_.worth(block, lanes), codes_.at_first(), blocks,
       {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block], &out.clipped[block]});
   out.noise += doubt.noise * radiance_per_linear * radiance_per_linear;

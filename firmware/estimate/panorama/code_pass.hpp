@@ -26,7 +26,7 @@ class CodePass {
 
   /// One exposure, a format of codes, wide enough for vectors, rows that lie within the data. Others go through
   /// BlockPass.
-  [[nodiscard]] bool takes(std::span<const Frame> bracket) const;
+  [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
   /// The frame has passed RowReader::bind().
   void run(const Frame& frame, BlockSums& out);
 

@@ -10,7 +10,7 @@ namespace {
 
 /// A block's weights count as a plane where they differ from one by at most this share, RMS. What is left averages out
 /// over the pixels of a block, and over blocks.
-constexpr double kPlane = 5e-4;
+constexpr double kMaxPlaneResidual = 5e-4;
 
 }  // namespace
 
@@ -20,8 +20,8 @@ Lanes lanes_of(PixelFormat format) {
 }
 
 CodeWeights::CodeWeights(const RigTable& table, const BlockLayout& layout)
-    : table_(table), layout_(layout), worths_(layout.size() + kBlockLightRoom) {
-  if (layout.edge() < 2 || layout.edge() > kMostRows) return;
+    : table_(table), layout_(layout), block_weights_(layout.size() + kBlockLightPadding) {
+  if (layout.edge() < 2 || layout.edge() > kMaxRows) return;
   for (int lens = 0; lens < layout.lens_count(); ++lens) {
     auto& rows = rows_.emplace_back();
     for (int top = 0; top < table.lenses[static_cast<std::size_t>(lens)].height; top += layout.edge())
@@ -29,21 +29,21 @@ CodeWeights::CodeWeights(const RigTable& table, const BlockLayout& layout)
   }
 }
 
-CodeWeights::Worths::Worths(std::size_t blocks) {
+CodeWeights::BlockWeightArrays::BlockWeightArrays(std::size_t blocks) {
   for (auto* values :
-       {&mean, &along_x, &along_y, &half_x, &total, &pixels, &per_total, &per_pixel, &brighten, &spread, &solid_angle})
+       {&mean, &along_x, &along_y, &half_x, &total, &pixels, &per_total, &per_pixel, &inverse_vignetting, &spread, &solid_angle})
     values->resize(blocks);
   for (auto* of_lanes : {&unit, &middle_x, &middle_y})
     for (std::vector<float>& values : *of_lanes) values.resize(blocks);
 }
 
-BlockWorth CodeWeights::worth(std::size_t block, Lanes lanes) const {
+BlockWeights CodeWeights::block_weights(std::size_t block, Lanes lanes) const {
   const auto kind = static_cast<std::size_t>(lanes);
   const auto from = [block](const std::vector<float>& all) { return all.data() + block; };
-  const Worths& w = worths_;
+  const BlockWeightArrays& w = block_weights_;
   return {from(w.mean),           from(w.along_x),        from(w.along_y), from(w.half_x),     from(w.unit[kind]),
           from(w.middle_x[kind]), from(w.middle_y[kind]), from(w.total),   from(w.pixels),     from(w.per_total),
-          from(w.per_pixel),      from(w.brighten),       from(w.spread),  from(w.solid_angle)};
+          from(w.per_pixel),      from(w.inverse_vignetting),       from(w.spread),  from(w.solid_angle)};
 }
 
 void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
@@ -51,8 +51,8 @@ void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
   for (int column = 0; column < layout_.columns(lens); ++column) {
     const std::size_t block = first_block + static_cast<std::size_t>(column);
     plan_block(lens, block);
-    if (!(worths_.pixels[block] > 0)) continue;
-    const bool weighted = worths_.unit[0][block] > 0;
+    if (!(block_weights_.pixels[block] > 0)) continue;
+    const bool weighted = block_weights_.unit[0][block] > 0;
     if (runs.empty() || runs.back().end != column || runs.back().weighted != weighted)
       runs.push_back({column, column, weighted, {}});
     runs.back().end = column + 1;
@@ -81,44 +81,44 @@ void CodeWeights::plan_block(int lens_number, std::size_t block) {
   }
   if (!(sum > 0)) return;
   const double pixels = static_cast<double>(p.width) * p.height;
-  worths_.half_x[block] = static_cast<float>(middle_x);
-  worths_.pixels[block] = static_cast<float>(seen);
-  worths_.total[block] = static_cast<float>(sum);
-  worths_.solid_angle[block] = static_cast<float>(sr);
-  worths_.per_total[block] = static_cast<float>(1 / sum);
-  worths_.per_pixel[block] = seen > 0 ? 1 / static_cast<float>(seen) : 0;
-  worths_.brighten[block] = sr > 0 ? static_cast<float>(sum / sr) : 0;
-  worths_.spread[block] = seen > 0 ? static_cast<float>(sum * sum / static_cast<double>(seen)) : 0;
+  block_weights_.half_x[block] = static_cast<float>(middle_x);
+  block_weights_.pixels[block] = static_cast<float>(seen);
+  block_weights_.total[block] = static_cast<float>(sum);
+  block_weights_.solid_angle[block] = static_cast<float>(sr);
+  block_weights_.per_total[block] = static_cast<float>(1 / sum);
+  block_weights_.per_pixel[block] = seen > 0 ? 1 / static_cast<float>(seen) : 0;
+  block_weights_.inverse_vignetting[block] = sr > 0 ? static_cast<float>(sum / sr) : 0;
+  block_weights_.spread[block] = seen > 0 ? static_cast<float>(sum * sum / static_cast<double>(seen)) : 0;
   // Sum of (x - middle)² over the block; the fit over a full grid separates.
   const double xx = pixels * (p.width * p.width - 1) / 12.0, yy = pixels * (p.height * p.height - 1) / 12.0;
   const double mean = sum / pixels, along_x = xx > 0 ? x_fit / xx : 0, along_y = yy > 0 ? y_fit / yy : 0;
   const double rest = squares - pixels * mean * mean - along_x * along_x * xx - along_y * along_y * yy;
-  if (seen == pixels && rest <= pixels * (kPlane * mean) * (kPlane * mean)) {
-    worths_.mean[block] = static_cast<float>(mean);
-    worths_.along_x[block] = static_cast<float>(along_x);
-    worths_.along_y[block] = static_cast<float>(along_y);
+  if (seen == pixels && rest <= pixels * (kMaxPlaneResidual * mean) * (kMaxPlaneResidual * mean)) {
+    block_weights_.mean[block] = static_cast<float>(mean);
+    block_weights_.along_x[block] = static_cast<float>(along_x);
+    block_weights_.along_y[block] = static_cast<float>(along_y);
   } else {
-    for (std::vector<float>& unit : worths_.unit) unit[block] = 1;
+    for (std::vector<float>& unit : block_weights_.unit) unit[block] = 1;
   }
 }
 
-Stretch CodeWeights::stretch(int lens, Lanes lanes, const WeightRun& run) const {
+LaneRange CodeWeights::lane_range(int lens, Lanes lanes, const WeightRun& run) const {
   const std::size_t per_pixel = lanes == Lanes::interleaved ? 3 : 1, edge = static_cast<std::size_t>(layout_.edge());
   const std::size_t row = static_cast<std::size_t>(table_.lenses[static_cast<std::size_t>(lens)].width) * per_pixel;
   const std::size_t begin = static_cast<std::size_t>(run.first) * edge * per_pixel;
   const std::size_t end = std::min(static_cast<std::size_t>(run.end) * edge * per_pixel, row);
-  const std::size_t count = std::max(end - begin, kFewestLanes);
+  const std::size_t count = std::max(end - begin, kMinLanes);
   return {std::min(begin, row - count), count};
 }
 
 void CodeWeights::plan_weights(int lens_number, int top, WeightRun& run) {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
-  if (lens.width < static_cast<int>(kFewestLanes)) return;
+  if (lens.width < static_cast<int>(kMinLanes)) return;
   const int rows = std::min(layout_.edge(), lens.height - top);
   const std::size_t first = layout_.block_of(lens_number, run.first * layout_.edge(), top);
   for (std::size_t kind = 0; kind < kLaneKinds; ++kind) {
     const auto lanes = static_cast<Lanes>(kind);
-    const Stretch s = stretch(lens_number, lanes, run);
+    const LaneRange s = lane_range(lens_number, lanes, run);
     run.weights[kind] = bytes_.size();
     bytes_.resize(bytes_.size() + static_cast<std::size_t>(rows) * s.count);
     for (std::size_t b = 0; b < static_cast<std::size_t>(run.end - run.first); ++b)
@@ -127,7 +127,7 @@ void CodeWeights::plan_weights(int lens_number, int top, WeightRun& run) {
 }
 
 /// What rounding takes from one pixel the next gets, to and fro through the block: sums and moments stay.
-void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes, const Stretch& s,
+void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes, const LaneRange& s,
                                 std::uint8_t* weights) {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
   const BlockLayout::Place p = layout_.place(block);
@@ -172,9 +172,9 @@ void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes,
     }
   }
   const auto kind = static_cast<std::size_t>(lanes);
-  worths_.unit[kind][block] = static_cast<float>(256 * worths_.total[block] / sum);
-  worths_.middle_x[kind][block] = static_cast<float>(x_sum / sum);
-  worths_.middle_y[kind][block] = static_cast<float>(y_sum / sum);
+  block_weights_.unit[kind][block] = static_cast<float>(256 * block_weights_.total[block] / sum);
+  block_weights_.middle_x[kind][block] = static_cast<float>(x_sum / sum);
+  block_weights_.middle_y[kind][block] = static_cast<float>(y_sum / sum);
 }
 
 }  // namespace lightwell::estimate

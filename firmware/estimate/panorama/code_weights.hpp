@@ -28,12 +28,12 @@ struct WeightRun {
   std::array<std::size_t, kLaneKinds> weights;  ///< Where its rows of weights begin.
 };
 
-/// The lanes that a kernel runs over for a run: at least kFewestLanes of them.
-struct Stretch {
+/// The lanes that a kernel runs over for a run: at least kMinLanes of them.
+struct LaneRange {
   std::size_t begin, count;
 };
 
-/// Nothing is planned for blocks of one pixel, and of more than kMostRows rows.
+/// Nothing is planned for blocks of one pixel, and of more than kMaxRows rows.
 class CodeWeights {
  public:
   CodeWeights(const RigTable& table, const BlockLayout& layout);
@@ -42,19 +42,19 @@ class CodeWeights {
   [[nodiscard]] std::span<const WeightRun> runs(int lens, int block_row) const {
     return rows_[static_cast<std::size_t>(lens)][static_cast<std::size_t>(block_row)];
   }
-  [[nodiscard]] Stretch stretch(int lens, Lanes lanes, const WeightRun& run) const;
+  [[nodiscard]] LaneRange lane_range(int lens, Lanes lanes, const WeightRun& run) const;
   /// Of a weighted run: rows of a stretch's count each.
   [[nodiscard]] const std::uint8_t* weights(const WeightRun& run, Lanes lanes) const {
     return bytes_.data() + run.weights[static_cast<std::size_t>(lanes)];
   }
   /// From this block on.
-  [[nodiscard]] BlockWorth worth(std::size_t block, Lanes lanes) const;
+  [[nodiscard]] BlockWeights block_weights(std::size_t block, Lanes lanes) const;
 
  private:
-  /// An entry a block, with room for the kernel: BlockWorth says what they are.
-  struct Worths {
-    explicit Worths(std::size_t blocks);
-    std::vector<float> mean, along_x, along_y, half_x, total, pixels, per_total, per_pixel, brighten, spread,
+  /// An entry a block, with room for the kernel: BlockWeights says what they are.
+  struct BlockWeightArrays {
+    explicit BlockWeightArrays(std::size_t blocks);
+    std::vector<float> mean, along_x, along_y, half_x, total, pixels, per_total, per_pixel, inverse_vignetting, spread,
         solid_angle;
     std::array<std::vector<float>, kLaneKinds> unit, middle_x, middle_y;
   };
@@ -62,11 +62,11 @@ class CodeWeights {
   void plan_row(int lens, int top, std::vector<WeightRun>& runs);
   void plan_block(int lens, std::size_t block);
   void plan_weights(int lens, int top, WeightRun& run);
-  void round_weights(int lens, std::size_t block, Lanes lanes, const Stretch& s, std::uint8_t* weights);
+  void round_weights(int lens, std::size_t block, Lanes lanes, const LaneRange& s, std::uint8_t* weights);
 
   const RigTable& table_;
   const BlockLayout& layout_;
-  Worths worths_;
+  BlockWeightArrays block_weights_;
   std::vector<std::vector<std::vector<WeightRun>>> rows_;  ///< By lens and row of blocks.
   std::vector<std::uint8_t> bytes_;
 };

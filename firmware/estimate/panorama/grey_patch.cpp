@@ -13,7 +13,7 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
   if (!reader.has(patch_.lens)) return std::nullopt;
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(patch_.lens)];
   double luminance = 0, pixels = 0;
-  ReadingCounts ignored;
+  ReadStatistics ignored;
   for (int y = patch_.y; y < patch_.y + patch_.height; ++y) {
     // A read must not reach beyond its block.
     for (int x = patch_.x, end = 0; x < patch_.x + patch_.width; x = end) {

@@ -9,9 +9,9 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Energy is gathered down to this share of the peak, and to kSkirtOverMean times the mean.
-constexpr float kSkirt = 0.02F;
-constexpr float kSkirtOverMean = 3;
+/// Energy is gathered down to this share of the peak, and to kHaloOverMean times the mean.
+constexpr float kHaloThreshold = 0.02F;
+constexpr float kHaloOverMean = 3;
 /// And no further from the centroid than this: a glow that wide is better left to the harmonics.
 const float kCosReach = std::cos(12 * std::numbers::pi_v<float> / 180);
 /// Blocks are told apart by their middles: some of a block's pixels are nearer.
@@ -19,42 +19,42 @@ const float kCosReachOfBlocks = std::cos(16 * std::numbers::pi_v<float> / 180);
 /// So far apart are two ends of one light.
 const float kCosAcross = std::cos(24 * std::numbers::pi_v<float> / 180);
 /// A wider region is no light that casts a shadow.
-constexpr float kWidest = 0.6F;
+constexpr float kMaxAngularRadius = 0.6F;
 /// A light that gives less of all light than this is left to the harmonics: it could not change a figure of the answer.
-constexpr double kFaintest = 0.002;
+constexpr double kMinIrradianceFraction = 0.002;
 /// The same as a share of epsilon, where only irradiance counts. A light that gives the share s of all light deviates
 /// by 1.6 s over all normals, relative, and 9 % of that lies above band 2: 64 lights of half of epsilon each that are
 /// left out add up to 0.6 epsilon, like noise, and the bands above 2 are cheaper than they are.
-constexpr double kFaintestOfEpsilon = 0.5;
+constexpr double kMinFractionOfEpsilon = 0.5;
 /// Once there is room for no more, one that is not clearly stronger than the weakest is not looked at.
-constexpr double kDisplaces = 1.1;
+constexpr double kReplacementRatio = 1.1;
 /// Regions of a frame; a sky of a thousand lamps must not cost a thousand regions.
-constexpr int kMostRegions = 96;
+constexpr int kMaxRegions = 96;
 /// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
-constexpr float kGlow = 0.1F;
+constexpr float kHaloFraction = 0.1F;
 /// A region is compact, and read pixel by pixel, where its blocks have no more pixels than these or are no more than
 /// nine.
 constexpr std::size_t kCompactPixels = 2048, kFewBlocks = 9;
 /// And where it covers no more of the sphere: about the pole of a stitched picture many pixels are a small piece of it.
 /// So it is where its light, all as bright as its peak, would be no more, as long as few blocks hold it: large blocks
 /// are dark in part.
-constexpr std::size_t kMostHalfLitBlocks = 32;
+constexpr std::size_t kMaxHalfLitBlocks = 32;
 /// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side
 /// moves a centroid of n pixels by less than a pixel over sqrt(n).
 constexpr std::size_t kRimmedCore = 256;
 /// Every pixel of a core has at most 17 neighbours, which are others' too.
-constexpr std::size_t kMostRim = 17 * kRimmedCore;
+constexpr std::size_t kMaxRimPixels = 17 * kRimmedCore;
 /// How much of a light that is one sample of colour may be wrong, one deviation: how much of the sample it covers is
 /// anything from nothing to all, which deviates by 0.29 of it, and three channels share that.
-constexpr double kEdgeDoubt = 0.2;
+constexpr double kChromaEdgeError = 0.2;
 /// The same of a mosaic by that: its quads have two samples of green, whose edges are wrong by 2^-0.75 of one's,
 /// squared 0.354; over three channels sqrt((1 + 0.354 + 1) / 3).
-constexpr double kMosaicDoubt = 0.886;
+constexpr double kMosaicChromaEdgeError = 0.886;
 /// And of where a mosaic's luminance sits, which is 72 % green: 0.213 + 0.715 * 2^-0.75 + 0.072.
-constexpr double kMosaicMiddle = 0.71;
-constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions are numbered up to kMostRegions.
-constexpr std::size_t kMostParts = 65536;
-constexpr std::size_t kMostRegionPixels = 400'000;
+constexpr double kMosaicCentroidError = 0.71;
+constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions are numbered up to kMaxRegions.
+constexpr std::size_t kMaxParts = 65536;
+constexpr std::size_t kMaxRegionPixels = 400'000;
 
 /// Of the light of a disc that is `samples` samples of colour large, what those on its edge may get wrong together
 /// where one may be all wrong: 2 sqrt(pi n) of n are there, and their errors add up like noise.
@@ -70,17 +70,17 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const
   owner_.resize(layout.size());
   owned_.reserve(layout.size());
   passed_over_.resize(layout.size());
-  region_.reserve(std::min(pixels_.size(), kMostRegionPixels) + 16);
+  region_.reserve(std::min(pixels_.size(), kMaxRegionPixels) + 16);
   all_claimed_.reserve(region_.capacity());
   candidates_.reserve(layout.size() + 1);
-  region_irradiance_.resize(kMostRegions + 1);
-  parts_.reserve(kMostParts);
+  region_irradiance_.resize(kMaxRegions + 1);
+  parts_.reserve(kMaxParts);
   region_of_light_.reserve(kMaxLights + 1);
-  rim_.reserve(kMostRim);
+  rim_.reserve(kMaxRimPixels);
   compact_blocks_ = std::max(kFewBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
 }
 
-float LightFinder::skirt_of(float peak) const { return std::max(kSkirt * peak, kSkirtOverMean * mean_); }
+float LightFinder::halo_threshold(float peak) const { return std::max(kHaloThreshold * peak, kHaloOverMean * mean_); }
 
 LightFinder::Place LightFinder::peak_pixel(std::uint32_t block, float& peak) const {
   const BlockLayout::Place p = layout_.place(block);
@@ -108,17 +108,17 @@ void LightFinder::claim(Place place, PixelId id, const PixelLight& light) {
 double LightFinder::flood(std::uint32_t block, float floor, Vec3f axis, float cos_reach) {
   return flood_.run(block, floor, axis, cos_reach, [&](std::uint32_t other) {
     if (owner_[other] == 0) return false;
-    touches(owner_[other]);
+    link_region(owner_[other]);
     return true;
   });
 }
 
-void LightFinder::touches(std::uint8_t region) {
+void LightFinder::link_region(std::uint8_t region) {
   if (parent_ == 0 || region_irradiance_[region] > region_irradiance_[parent_]) parent_ = region;
 }
 
-void LightFinder::touch(std::uint8_t mark) {
-  if (mark != number_ && mark != kRim) touches(mark);
+void LightFinder::link_mark(std::uint8_t mark) {
+  if (mark != number_ && mark != kRim) link_region(mark);
 }
 
 const LightFinder::PixelLight* LightFinder::light_in_flood(RowReader& reader, Place p) {
@@ -130,13 +130,13 @@ const LightFinder::PixelLight* LightFinder::light_in_flood(RowReader& reader, Pl
 void LightFinder::grow_core(RowReader& reader, float floor) {
   rim_.clear();
   for (std::size_t next = 0; next < region_.size(); ++next) {
-    pixels_.for_neighbours(region_[next].place, [&](Place p, PixelId id) {
-      if (claimed_[id] != 0) return touch(claimed_[id]);
+    pixels_.for_each_neighbour(region_[next].place, [&](Place p, PixelId id) {
+      if (claimed_[id] != 0) return link_mark(claimed_[id]);
       const PixelLight* light = light_in_flood(reader, p);
       if (light != nullptr && light->luminance >= floor && !pixels_.at_edge(p) &&
           pixels_.solid_angle({p, id, *light}) > 0)
         return claim(p, id, *light);
-      if (rim_.size() == kMostRim) return;
+      if (rim_.size() == kMaxRimPixels) return;
       claimed_[id] = kRim;
       rim_.push_back({p, id, {}});
     });
@@ -144,10 +144,10 @@ void LightFinder::grow_core(RowReader& reader, float floor) {
   for (const BrightPixels::Pixel& pixel : rim_) claimed_[pixel.id] = 0;
 }
 
-void LightFinder::grow_skirt(RowReader& reader, float floor, Vec3f axis) {
+void LightFinder::grow_halo(RowReader& reader, float floor, Vec3f axis) {
   const std::size_t core = region_.size();
   const auto consider = [&](Place p, PixelId id) {
-    if (claimed_[id] != 0) return touch(claimed_[id]);
+    if (claimed_[id] != 0) return link_mark(claimed_[id]);
     const PixelLight* light = light_in_flood(reader, p);
     if (light == nullptr || light->luminance < floor) return;
     const BrightPixels::Pixel pixel{p, id, *light};
@@ -155,8 +155,8 @@ void LightFinder::grow_skirt(RowReader& reader, float floor, Vec3f axis) {
   };
   // A rim that is whole is all that is beside the core.
   for (const BrightPixels::Pixel& pixel : rim_) consider(pixel.place, pixel.id);
-  for (std::size_t next = rim_.size() < kMostRim ? core : 0; next < region_.size(); ++next)
-    pixels_.for_neighbours(region_[next].place, consider);
+  for (std::size_t next = rim_.size() < kMaxRimPixels ? core : 0; next < region_.size(); ++next)
+    pixels_.for_each_neighbour(region_[next].place, consider);
 }
 
 Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
@@ -179,7 +179,7 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
     float beside = pixel.light.luminance;
     // What holds less than the skirt does could not move a centroid.
     if (!(beside >= dark)) continue;
-    pixels_.for_neighbours(pixel.place, [&](Place p, PixelId id) {
+    pixels_.for_each_neighbour(pixel.place, [&](Place p, PixelId id) {
       const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
       if (is_dark(block)) {
         beside = std::min(beside, sums_.peak[block]);
@@ -195,20 +195,20 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
 
 bool LightFinder::is_compact(float peak) const {
   if (flood_.blocks().size() <= compact_blocks_) return true;
-  if (flood_.blocks().size() > pixels_.most_blocks()) return false;
+  if (flood_.blocks().size() > pixels_.max_blocks()) return false;
   double sr = 0, luminance = 0;
   for (const std::uint32_t block : flood_.blocks()) {
     sr += grid_.solid_angle(block);
     luminance += std::max(0.0F, sums_.sum[block].luminance());
   }
-  const double most_sr = static_cast<double>(kCompactPixels) * pixels_.mean_solid_angle();
-  return sr <= most_sr || (flood_.blocks().size() <= kMostHalfLitBlocks && luminance <= most_sr * peak);
+  const double max_sr = static_cast<double>(kCompactPixels) * pixels_.mean_solid_angle();
+  return sr <= max_sr || (flood_.blocks().size() <= kMaxHalfLitBlocks && luminance <= max_sr * peak);
 }
 
-double LightFinder::wrong_at_edge(const RowReader& reader, const Gathered& light) const {
+double LightFinder::chroma_edge_error_of(const RowReader& reader, const RegionMoments& light) const {
   const auto luminance = [](const double(&c)[3]) { return luminance_of(c[0], c[1], c[2]); };
   const double own = luminance(light.irradiance);
-  if (!reader.has_luma()) return kMosaicDoubt * own;
+  if (!reader.has_luma()) return kMosaicChromaEdgeError * own;
   // Luma is each pixel's own: only what differs in colour from the light around comes out wrong.
   double all[3] = {};
   for (const CellSum& s : sums_.sum) all[0] += s.r, all[1] += s.g, all[2] += s.b;
@@ -219,7 +219,7 @@ double LightFinder::wrong_at_edge(const RowReader& reader, const Gathered& light
   return wrong;
 }
 
-void LightFinder::note(std::uint32_t block, const CellSum& light) {
+void LightFinder::record_part(std::uint32_t block, const CellSum& light) {
   if (parts_.empty() || parts_.back().block != block || parts_.back().region != number_) {
     if (parts_.size() == parts_.capacity()) return;
     parts_.push_back({block, number_, {}});
@@ -231,7 +231,7 @@ void LightFinder::note(std::uint32_t block, const CellSum& light) {
 }
 
 void LightFinder::take_out(std::size_t k, std::span<CellSum> sums) const {
-  for (const Part& part : parts_) {
+  for (const RegionBlock& part : parts_) {
     if (part.region != region_of_light_[k]) continue;
     CellSum& sum = sums[part.block];
     sum.r = std::max(sum.r - part.light.r, 0.0F);
@@ -240,12 +240,12 @@ void LightFinder::take_out(std::size_t k, std::span<CellSum> sums) const {
   }
 }
 
-void LightFinder::gather_pixels(Vec3d axis, Gathered& out) {
+void LightFinder::gather_pixels(Vec3d axis, RegionMoments& out) {
   for (const BrightPixels::Pixel& pixel : region_) {
     const PixelLight& l = pixel.light;
     const double sr = pixels_.solid_angle(pixel), c = dot(vec_cast<double>(pixels_.direction(pixel)), axis);
     const auto a = static_cast<float>(sr);
-    note(static_cast<std::uint32_t>(layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y)),
+    record_part(static_cast<std::uint32_t>(layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y)),
          {l.r * a, l.g * a, l.b * a});
     out.irradiance[0] += l.r * sr * c;
     out.irradiance[1] += l.g * sr * c;
@@ -255,7 +255,7 @@ void LightFinder::gather_pixels(Vec3d axis, Gathered& out) {
   }
 }
 
-void LightFinder::gather_blocks(float floor, Vec3d axis, Gathered& out) {
+void LightFinder::gather_blocks(float floor, Vec3d axis, RegionMoments& out) {
   for (const std::uint32_t block : flood_.blocks()) {
     const CellSum& s = sums_.sum[block];
     // What has pixels in the region already, or is not bright all over, stays with the harmonics.
@@ -265,7 +265,7 @@ void LightFinder::gather_blocks(float floor, Vec3d axis, Gathered& out) {
     const Vec3d d = vec_cast<double>(grid_.direction(block));
     const double c = dot(d, axis), luminance = s.luminance();
     out.toward += d * luminance;
-    note(block, s);
+    record_part(block, s);
     out.irradiance[0] += s.r * c;
     out.irradiance[1] += s.g * c;
     out.irradiance[2] += s.b * c;
@@ -276,9 +276,9 @@ void LightFinder::gather_blocks(float floor, Vec3d axis, Gathered& out) {
 
 Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact) {
   Light out;
-  const float skirt = skirt_of(peak);
+  const float skirt = halo_threshold(peak);
   region_.clear();
-  Gathered all;
+  RegionMoments all;
   Vec3d axis;
   double variance = 0;
   std::size_t core = 0;
@@ -296,21 +296,21 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
     const int shared = reader.pixels_per_color();
     const double samples = std::max(1.0, static_cast<double>(core) / shared);
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
-    if (shared > 1 && !reader.has_luma()) variance *= kMosaicMiddle * kMosaicMiddle;
+    if (shared > 1 && !reader.has_luma()) variance *= kMosaicCentroidError * kMosaicCentroidError;
     const Vec3f middle = vec_cast<float>(axis);
     (void)flood(block, skirt, middle, kCosReachOfBlocks);
     if (is_compact(peak)) {
-      grow_skirt(reader, skirt, middle);
+      grow_halo(reader, skirt, middle);
     } else {
       // Pixel by pixel where the core's blocks are, by whole blocks beyond.
-      (void)flood(block, 0.5F * peak, {}, BlockFlood::kAnywhere);
-      grow_skirt(reader, skirt, middle);
+      (void)flood(block, 0.5F * peak, {}, BlockFloodFill::kUnlimitedReach);
+      grow_halo(reader, skirt, middle);
       (void)flood(block, skirt, middle, kCosReach);
       gather_blocks(skirt, axis, all);
     }
   } else {
     // A first axis from the blocks, then their sums about it.
-    Gathered first;
+    RegionMoments first;
     const std::size_t owned = owned_.size();
     gather_blocks(0.5F * peak, vec_cast<double>(grid_.direction(block)), first);
     axis = normalized(first.toward);
@@ -324,7 +324,7 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
   }
   gather_pixels(axis, all);
   if (const int shared = reader.pixels_per_color(); compact && shared > 1)
-    doubt2_ += std::pow(kEdgeDoubt * at_the_edge(static_cast<double>(core) / shared) * wrong_at_edge(reader, all), 2);
+    chroma_edge_error2_ += std::pow(kChromaEdgeError * at_the_edge(static_cast<double>(core) / shared) * chroma_edge_error_of(reader, all), 2);
   out.direction = vec_cast<float>(axis);
   out.irradiance = {static_cast<float>(all.irradiance[0]), static_cast<float>(all.irradiance[1]),
                     static_cast<float>(all.irradiance[2])};
@@ -334,7 +334,7 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
 }
 
 std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
-  while (number_ < kMostRegions && !candidates_.empty()) {
+  while (number_ < kMaxRegions && !candidates_.empty()) {
     std::pop_heap(candidates_.begin(), candidates_.end());
     const Candidate c = candidates_.back();
     candidates_.pop_back();
@@ -343,13 +343,13 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
     parent_ = 0;
     // What the blocks that it may reach hold over their surroundings: where even that is too little, no pixel need be
     // looked at.
-    if (least > 0 && flood(c.block, skirt_of(c.peak), grid_.direction(c.block), kCosAcross) < least) {
+    if (least > 0 && flood(c.block, halo_threshold(c.peak), grid_.direction(c.block), kCosAcross) < least) {
       // Nor need its other blocks be tried: what they reach is no more, but for what is dimmer than this one's skirt.
       for (const std::uint32_t block : flood_.blocks()) passed_over_[block] = frame_number_;
       continue;
     }
 
-    (void)flood(c.block, 0.5F * c.peak, {}, BlockFlood::kAnywhere);
+    (void)flood(c.block, 0.5F * c.peak, {}, BlockFloodFill::kUnlimitedReach);
     bool compact = is_compact(c.peak);
     Place peak_at{};
     float peak = c.peak;
@@ -368,7 +368,7 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
         continue;
       }
       if (peak < c.peak) {
-        (void)flood(c.block, 0.5F * peak, {}, BlockFlood::kAnywhere);
+        (void)flood(c.block, 0.5F * peak, {}, BlockFloodFill::kUnlimitedReach);
         compact = is_compact(peak);
       }
     }
@@ -386,21 +386,21 @@ std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_l
   all_claimed_.clear();
   for (const std::uint32_t block : owned_) owner_[block] = 0;
   owned_.clear();
-  pixels_.forget();
+  pixels_.clear();
   ++frame_number_;
   candidates_.clear();
   parts_.clear();
-  doubt2_ = 0;
+  chroma_edge_error2_ = 0;
   number_ = 0;
   brightest_.reset();
   if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return std::nullopt;
 
   mean_ = mean_luminance;
   floor_ = static_cast<float>(config.panorama.light_threshold) * mean_luminance;
-  const double least_share = config.panorama.radiance_epsilon > 0
-                                 ? kFaintest
-                                 : std::max(kFaintest, kFaintestOfEpsilon * config.panorama.epsilon);
-  faintest_ = least_share * mean_luminance * grid_.covered_sr();
+  const double min_share = config.panorama.radiance_epsilon > 0
+                                 ? kMinIrradianceFraction
+                                 : std::max(kMinIrradianceFraction, kMinFractionOfEpsilon * config.panorama.epsilon);
+  faintest_ = min_share * mean_luminance * grid_.covered_sr();
   // Written in any case, kept where it counts: which blocks these are no processor foresees.
   candidates_.resize(sums_.peak.size() + 1);
   std::size_t count = 0;
@@ -413,7 +413,7 @@ std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_l
   // It is a light however little it gives: people look for it.
   brightest_ = next_region(reader, 0);
   brightest_number_ = number_;
-  if (brightest_ && brightest_->angular_radius_rad > kWidest) brightest_.reset();
+  if (brightest_ && brightest_->angular_radius_rad > kMaxAngularRadius) brightest_.reset();
   return brightest_;
 }
 
@@ -431,14 +431,14 @@ int LightFinder::find_more(RowReader& reader, int most, std::vector<Light>& ligh
   // Beside the brightest.
   const auto room = static_cast<std::size_t>(std::max(most, 0)) - (brightest_ && most > 0 ? 1 : 0);
   const auto enough = [&] {
-    return lights.size() < room ? faintest_ : std::max(faintest_, kDisplaces * lights.back().irradiance.luminance());
+    return lights.size() < room ? faintest_ : std::max(faintest_, kReplacementRatio * lights.back().irradiance.luminance());
   };
   while (room > 0) {
     const std::optional<Light> light = next_region(reader, enough());
     if (!light) break;
     const float luminance = light->irradiance.luminance();
-    if (luminance < faintest_ || (parent_ != 0 && luminance < kGlow * region_irradiance_[parent_])) continue;
-    if (light->angular_radius_rad > kWidest) continue;
+    if (luminance < faintest_ || (parent_ != 0 && luminance < kHaloFraction * region_irradiance_[parent_])) continue;
+    if (light->angular_radius_rad > kMaxAngularRadius) continue;
     if (lights.size() == room) {
       if (!stronger(*light, lights.back())) continue;
       lights.pop_back();

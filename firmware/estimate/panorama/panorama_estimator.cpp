@@ -10,7 +10,7 @@
 #include <lightwell/codec.hpp>
 
 #include "calibration/lens_table.hpp"
-#include "estimate/common/chooser.hpp"
+#include "estimate/common/descriptor_optimizer.hpp"
 #include "estimate/common/descriptor_header.hpp"
 #include "estimate/common/environment.hpp"
 #include "estimate/common/flicker.hpp"
@@ -20,7 +20,7 @@
 #include "estimate/common/spectrum.hpp"
 #include "estimate/panorama/clipped_lights.hpp"
 #include "estimate/panorama/row_profiler.hpp"
-#include "estimate/panorama/stage.hpp"
+#include "estimate/panorama/sphere_integrator.hpp"
 
 namespace lightwell {
 namespace {
@@ -30,7 +30,7 @@ using namespace estimate;
 constexpr double kSphere = 4 * std::numbers::pi;
 /// Edge of a block, about. Smaller ones take more time and answer with the same error (lightwell-eval --pareto).
 constexpr double kBlockRad = 3.2 * std::numbers::pi / 180;
-constexpr int kWidestBlock = 16;
+constexpr int kMaxBlockEdge = 16;
 
 /// Relative error of the irradiance of a smooth sphere through pixels and blocks of finite size; measured on the eight
 /// panoramas, see estimate/README.md.
@@ -41,17 +41,17 @@ constexpr double kPixelSampling = 0.5;
 /// Of the sampling part of the bound, which sums amounts, what is to be expected.
 constexpr double kExpectedSampling = 0.3;
 /// A bracket counts as moved from this share of its light on: below, it hardly is an error.
-constexpr double kMovedShare = 0.005;
+constexpr double kMotionThreshold = 0.005;
 
 /// The power of two nearest to kBlockRad in pixels of this rig.
 int default_edge(const RigTable& table) {
   const double exponent = std::round(std::log2(std::max(1.0, kBlockRad / pixel_side(table))));
-  return std::min(kWidestBlock, 1 << static_cast<int>(std::clamp(exponent, 0.0, 6.0)));
+  return std::min(kMaxBlockEdge, 1 << static_cast<int>(std::clamp(exponent, 0.0, 6.0)));
 }
 
 /// What three deviations of the lights' directions do to the irradiance. Moving a light by delta changes the irradiance
 /// by E delta times the slope of a clipped cosine, whose mean square over all normals is 1/6.
-IrradianceRms misplaced(std::span<const Light> lights) {
+IrradianceRms direction_error_rms(std::span<const Light> lights) {
   double squares[3] = {};
   for (const Light& light : lights) {
     const double moved2 = light.direction_covariance[0] + light.direction_covariance[2];
@@ -67,22 +67,22 @@ class PanoramaEstimator final : public Estimator {
         table_(std::move(table)),
         reader_(rig_, table_),
         profiler_(rig_, table_),
-        config_(at_setting(options.config)),
+        config_(config_for_setting(options.config)),
         pixel_rad_(pixel_side(table_)),
         probe_id_(options.probe_id),
         calibration_id_(calibration_identity(rig)) {
     if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
-    seen_.lights.reserve(kMaxLights + 1);
+    integral_.lights.reserve(kMaxLights + 1);
     clipped_tracks_.reserve(kMaxLights + 1);
     clipped_.reserve(kMaxLights + 1);
     if (options.grey_patch) patch_.emplace(*options.grey_patch, table_), patch_normal_ = options.grey_patch->normal;
     int edge = options.block_edge > 0 ? options.block_edge : default_edge(table_);
-    stage_.emplace(rig_, table_, edge);
+    integrator_.emplace(rig_, table_, edge);
     // Coarse pixels make large blocks; those that are too few for the fit are not worth the time that they save.
-    while (options.block_edge == 0 && edge > 1 && stage_->grid().whole_sphere() && !stage_->grid().fitted())
-      stage_.emplace(rig_, table_, edge /= 2);
-    plan_maps();
-    rest_.reserve(stage_->cell_directions().size());
+    while (options.block_edge == 0 && edge > 1 && integrator_->grid().whole_sphere() && !integrator_->grid().fitted())
+      integrator_.emplace(rig_, table_, edge /= 2);
+    reset_mapper();
+    rest_.reserve(integrator_->cell_directions().size());
     for (std::size_t lens = 0; lens < table_.lenses.size(); ++lens)
       profile_[lens].reserve(static_cast<std::size_t>(table_.lenses[lens].height));
   }
@@ -94,8 +94,8 @@ class PanoramaEstimator final : public Estimator {
     if (Status s = config.validate(kind()); !s.ok()) return s;
     const bool other_maps = config.panorama.environment_edge != config_.panorama.environment_edge ||
                             config.panorama.environment_rate != config_.panorama.environment_rate;
-    config_ = at_setting(config);
-    if (other_maps) plan_maps();
+    config_ = config_for_setting(config);
+    if (other_maps) reset_mapper();
     return {};
   }
 
@@ -115,21 +115,21 @@ class PanoramaEstimator final : public Estimator {
     double spread = 0, hidden = 0, sampling = 0;  ///< Noise of one deviation, what hides near black, the bound's part.
   };
   [[nodiscard]] RelativeErrors relative_errors(double factor) const;
-  [[nodiscard]] ChoiceLimits limits(const RelativeErrors& errors) const;
-  [[nodiscard]] int lights_worth_finding();
-  void plan_maps();
+  [[nodiscard]] OptimizerOptions limits(const RelativeErrors& errors) const;
+  [[nodiscard]] int light_search_limit();
+  void reset_mapper();
   void make_map(Descriptor& out);
   [[nodiscard]] Flicker watch_flicker(std::span<const Frame> bracket);
-  void find_errors(Descriptor& out);
+  void update_errors(Descriptor& out);
   void find_clipped();
   void recover_clipped(Descriptor& out);
-  void judge(const IrradianceRms& smoothed, Descriptor& out) const;
+  void compute_error_bound(const IrradianceRms& smoothed, Descriptor& out) const;
 
   RigParameters rig_;
   RigTable table_;
   RowReader reader_;
   RowProfiler profiler_;
-  std::optional<Stage> stage_;  ///< Always there.
+  std::optional<SphereIntegrator> integrator_;  ///< Always there.
   std::optional<EnvironmentMapper> mapper_;
   bool mapper_is_new_ = true;  ///< Nothing of its maps was told yet.
   FlickerDetector flicker_;
@@ -138,66 +138,66 @@ class PanoramaEstimator final : public Estimator {
   std::vector<CellSum> rest_;
   LightTracker tracker_;
   Smoother smoother_;
-  Chooser chooser_;
+  DescriptorOptimizer optimizer_;
   EstimatorConfig config_;  ///< With the limits that its setting makes.
   RadianceScale scale_;
   double pixel_rad_;
   std::uint32_t probe_id_, calibration_id_;
-  Seen seen_;
-  Chosen chosen_;
+  FrameIntegral integral_;
+  OptimizedDescriptor optimized_;
   RelativeErrors errors_;
   std::optional<GreyPatchReader> patch_;
   Vec3f patch_normal_;
   std::vector<std::uint32_t> clipped_tracks_;
   std::vector<ClippedLight> clipped_;  ///< Of the last estimate.
   Recovery recovery_;
-  double unsure_ = 0;  ///< Relative to the RMS irradiance: of what was recovered.
+  double recovery_error_ = 0;  ///< Relative to the RMS irradiance: of what was recovered.
 };
 
 Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
-  stage_->look(reader_, bracket, config_, seen_);
-  stage_->find_lights(reader_, lights_worth_finding(), seen_);
+  integrator_->integrate(reader_, bracket, config_, integral_);
+  integrator_->find_lights(reader_, light_search_limit(), integral_);
 
   // Scaled before anything else is derived, so that lights, rest and bound speak of the same units.
   const auto factor = static_cast<float>(scale_.factor);
-  for (auto& c : seen_.projection.c)
+  for (auto& c : integral_.projection.c)
     for (double& v : c) v *= scale_.factor;
-  for (Light& light : seen_.lights) light.irradiance = light.irradiance * factor;
+  for (Light& light : integral_.lights) light.irradiance = light.irradiance * factor;
   fill_header(bracket, {scale_.units, probe_id_, calibration_id_, config_.setting}, out);
 
-  tracker_.assign(seen_.lights, out.time.mid_exposure);
+  tracker_.assign(integral_.lights, out.time.mid_exposure);
   find_clipped();
 
   // Independent noise of pixels reaches the irradiance through the mean square of a clipped cosine, 1/6.
-  const double noise_rms = std::sqrt(stage_->sums().noise / 6) * scale_.factor;
+  const double noise_rms = std::sqrt(integrator_->sums().noise / 6) * scale_.factor;
   IrradianceRms smoothed;
   if (config_.panorama.smoothing == Smoothing::one_euro)
-    smoothed = smoother_.apply(seen_.projection, seen_.lights, out.time.mid_exposure, noise_rms);
+    smoothed = smoother_.apply(integral_.projection, integral_.lights, out.time.mid_exposure, noise_rms);
 
-  find_errors(out);
-  chooser_.choose(seen_.projection, seen_.lights, seen_.lamp, limits(errors_), out.lights, chosen_);
-  out.radiance = chosen_.rest;
-  out.radiance_step = chosen_.step;
+  update_errors(out);
+  optimizer_.optimize(integral_.projection, integral_.lights, integral_.required_light, limits(errors_), out.lights, optimized_);
+  out.radiance = optimized_.rest;
+  out.radiance_step = optimized_.step;
   make_map(out);
-  out.coverage = static_cast<float>(std::clamp(seen_.seen_sr / kSphere, 0.0, 1.0));
-  out.saturated = static_cast<float>(std::clamp(stage_->sums().clipped_sr / std::max(seen_.seen_sr, 1e-12), 0.0, 1.0));
+  out.coverage = static_cast<float>(std::clamp(integral_.observed_sr / kSphere, 0.0, 1.0));
+  out.saturated = static_cast<float>(std::clamp(integrator_->sums().clipped_sr / std::max(integral_.observed_sr, 1e-12), 0.0, 1.0));
   out.flicker = watch_flicker(bracket);
   recover_clipped(out);
-  judge(smoothed, out);
+  compute_error_bound(smoothed, out);
   return {};
 }
 
-int PanoramaEstimator::lights_worth_finding() {
-  return chooser_.worth_finding(seen_.projection, seen_.lights.empty() ? nullptr : &seen_.lights.front(),
+int PanoramaEstimator::light_search_limit() {
+  return optimizer_.max_lights_to_find(integral_.projection, integral_.lights.empty() ? nullptr : &integral_.lights.front(),
                                 limits(relative_errors(1)));
 }
 
-void PanoramaEstimator::plan_maps() {
+void PanoramaEstimator::reset_mapper() {
   mapper_.reset();
   mapper_is_new_ = true;
   if (config_.panorama.environment_edge == 0) return;
-  mapper_.emplace(stage_->cell_directions(), stage_->cell_solid_angles(), config_.panorama.environment_edge,
+  mapper_.emplace(integrator_->cell_directions(), integrator_->cell_solid_angles(), config_.panorama.environment_edge,
                   EnvironmentUpdateOptions{.rate_hz = config_.panorama.environment_rate});
 }
 
@@ -210,10 +210,10 @@ void PanoramaEstimator::make_map(Descriptor& out) {
   if (mapper_->due(out.time.mid_exposure)) {
     std::array<std::size_t, kMaxLights> kept{};
     std::size_t count = 0;
-    for (std::size_t k = 0; k < seen_.lights.size(); ++k)
+    for (std::size_t k = 0; k < integral_.lights.size(); ++k)
       for (const Light& light : out.lights)
-        if (light.track == seen_.lights[k].track && count < kept.size()) kept[count++] = k;
-    stage_->rest_of_cells({kept.data(), count}, rest_);
+        if (light.track == integral_.lights[k].track && count < kept.size()) kept[count++] = k;
+    integrator_->residual_cell_sums({kept.data(), count}, rest_);
   }
   mapper_->update(rest_, scale_.factor, out.time.mid_exposure, out.environment);
 }
@@ -231,30 +231,30 @@ Flicker PanoramaEstimator::watch_flicker(std::span<const Frame> bracket) {
   const std::size_t lenses = bracket[0].views().size();
   if (lenses != table_.lenses.size()) return flicker_.state();
   for (std::size_t lens = 0; lens < lenses; ++lens) {
-    stage_->row_profile(static_cast<int>(lens), profile_[lens]);
-    rows[lens] = {profile_[lens], table_.lenses[lens].height, stage_->layout().edge()};
+    integrator_->row_profile(static_cast<int>(lens), profile_[lens]);
+    rows[lens] = {profile_[lens], table_.lenses[lens].height, integrator_->layout().edge()};
   }
   return flicker_.add(bracket[0].info, {rows.data(), lenses});
 }
 
 /// What is known of this frame's errors before anything is chosen.
-void PanoramaEstimator::find_errors(Descriptor& out) {
+void PanoramaEstimator::update_errors(Descriptor& out) {
   out.flags = {};
-  const BlockSums& sums = stage_->sums();
-  if (seen_.seen_sr < kWholeSphere * kSphere) out.flags.set(Flag::unseen);
-  if (seen_.filled) out.flags.set(Flag::filled);
+  const BlockSums& sums = integrator_->sums();
+  if (integral_.observed_sr < kFullCoverage * kSphere) out.flags.set(Flag::unseen);
+  if (integral_.filled) out.flags.set(Flag::filled);
   if (sums.clipped_sr > 0) out.flags.set(Flag::clipped);
   if (sums.counts.cleaned > 0) out.flags.set(Flag::cleaned);
-  const auto& mean = seen_.projection.c[0];
+  const auto& mean = integral_.projection.c[0];
   const double luminance = std::sqrt(kSphere) * luminance_of(mean[0], mean[1], mean[2]);
-  if (sums.moved_light * scale_.factor > kMovedShare * luminance) out.flags.set(Flag::moved);
+  if (sums.motion_luminance * scale_.factor > kMotionThreshold * luminance) out.flags.set(Flag::moved);
   errors_ = relative_errors(scale_.factor);
   if (!(errors_.rms > 0) || errors_.hidden + 3 * errors_.spread >= 1) out.flags.set(Flag::dark);
 }
 
 PanoramaEstimator::RelativeErrors PanoramaEstimator::relative_errors(double factor) const {
-  const BlockSums& sums = stage_->sums();
-  const IrradianceRms whole = irradiance_rms(seen_.projection);
+  const BlockSums& sums = integrator_->sums();
+  const IrradianceRms whole = irradiance_rms(integral_.projection);
   RelativeErrors out;
   out.rms = std::min(whole.plain, whole.weighted);
   if (!(out.rms > 0)) return out;
@@ -262,24 +262,24 @@ PanoramaEstimator::RelativeErrors PanoramaEstimator::relative_errors(double fact
   // A radiance that is hidden everywhere alike is a quarter of its integral in irradiance.
   out.hidden = sums.bias / 4 * factor / out.rms;
   out.sampling = kSmoothSampling + kPixelSampling * pixel_rad_ * pixel_rad_ +
-                 (stage_->grid().fitted() ? 0 : stage_->grid().unevenness()) +
-                 (seen_.uneven + seen_.doubt) * factor / std::sqrt(6.0) / out.rms;
+                 (integrator_->grid().fitted() ? 0 : integrator_->grid().gram_deviation()) +
+                 (integral_.centroid_offset + integral_.chroma_edge_error) * factor / std::sqrt(6.0) / out.rms;
   return out;
 }
 
-ChoiceLimits PanoramaEstimator::limits(const RelativeErrors& errors) const {
+OptimizerOptions PanoramaEstimator::limits(const RelativeErrors& errors) const {
   return {config_.band, config_.max_lights, config_.panorama.epsilon, config_.panorama.radiance_epsilon,
           std::hypot(errors.spread, kExpectedSampling * errors.sampling)};
 }
 
 void PanoramaEstimator::find_clipped() {
   clipped_tracks_.clear();
-  if (!(stage_->sums().clipped_sr > 0)) return;
-  find_clipped_lights(stage_->sums(), stage_->grid(), seen_.lights, clipped_tracks_);
+  if (!(integrator_->sums().clipped_sr > 0)) return;
+  find_clipped_lights(integrator_->sums(), integrator_->grid(), integral_.lights, clipped_tracks_);
   // Only what is sent as a light of its own can be made stronger.
   if (!clipped_tracks_.empty())
-    for (std::size_t k = seen_.lights.size(); k-- > 0;)
-      if (seen_.lights[k].track == clipped_tracks_.front()) seen_.lamp = static_cast<int>(k);
+    for (std::size_t k = integral_.lights.size(); k-- > 0;)
+      if (integral_.lights[k].track == clipped_tracks_.front()) integral_.required_light = static_cast<int>(k);
 }
 
 void PanoramaEstimator::recover_clipped(Descriptor& out) {
@@ -289,17 +289,17 @@ void PanoramaEstimator::recover_clipped(Descriptor& out) {
       if (light.track == track) clipped_.push_back({track, light.irradiance});
   if (clipped_.size() != clipped_tracks_.size()) clipped_.clear();
   if (patch_ && !clipped_.empty()) {
-    const std::optional<double> e = patch_->irradiance(reader_, stage_->layout());
+    const std::optional<double> e = patch_->irradiance(reader_, integrator_->layout());
     // A patch that does not tell leaves what is known.
     if (e) (void)recover(out, clipped_, {patch_normal_, *e * scale_.factor}, recovery_);
   }
-  const Recovered recovered = apply(recovery_, clipped_, out);
+  const RecoveryResult recovered = apply(recovery_, clipped_, out);
   // A light reaches the irradiance through the mean square of a clipped cosine.
-  unsure_ = errors_.rms > 0 ? recovered.uncertainty / std::sqrt(6.0) / errors_.rms : 0;
+  recovery_error_ = errors_.rms > 0 ? recovered.uncertainty / std::sqrt(6.0) / errors_.rms : 0;
   if (recovered.all) out.flags.set(Flag::recovered);
 }
 
-void PanoramaEstimator::judge(const IrradianceRms& smoothed, Descriptor& out) const {
+void PanoramaEstimator::compute_error_bound(const IrradianceRms& smoothed, Descriptor& out) const {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   out.bound = {};
   if (out.flags.has(Flag::dark)) {
@@ -307,11 +307,11 @@ void PanoramaEstimator::judge(const IrradianceRms& smoothed, Descriptor& out) co
     return;
   }
   const double noise = 3 * errors_.spread + errors_.hidden;
-  const double truncation = relative(chosen_.truncation, chosen_.whole);
-  const double sampling = errors_.sampling + relative(misplaced(out.lights), chosen_.whole) + unsure_;
+  const double truncation = relative(optimized_.truncation, optimized_.whole);
+  const double sampling = errors_.sampling + relative(direction_error_rms(out.lights), optimized_.whole) + recovery_error_;
   const double quantization = wire_error(out, errors_.rms);
   // Smoothing takes noise out; of what it left out no more than the noise can be light.
-  const double smoothing = std::max(0.0, relative(smoothed, chosen_.whole) - 3 * errors_.spread);
+  const double smoothing = std::max(0.0, relative(smoothed, optimized_.whole) - 3 * errors_.spread);
   out.bound.truncation = static_cast<float>(truncation);
   out.bound.sampling = static_cast<float>(sampling);
   out.bound.noise = static_cast<float>(noise);
@@ -329,7 +329,7 @@ void PanoramaEstimator::judge(const IrradianceRms& smoothed, Descriptor& out) co
 Result<std::unique_ptr<Estimator>> make_panorama_estimator(const RigParameters& rig, const PanoramaOptions& options) {
   if (Status s = options.config.validate(EstimatorKind::panorama); !s.ok()) return s;
   const int edge = options.block_edge;
-  if (edge < 0 || edge > kWidestBlock || (edge & (edge - 1)) != 0)
+  if (edge < 0 || edge > kMaxBlockEdge || (edge & (edge - 1)) != 0)
     return Status(StatusCode::invalid_argument,
                   "block_edge is " + std::to_string(edge) + "; it must be 0 or a power of two up to 16");
   if (options.grey_patch)

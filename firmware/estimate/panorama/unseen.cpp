@@ -10,7 +10,7 @@ namespace {
 /// Cells of about four degrees: what fills them is a guess, and finer ones would not better it.
 constexpr int kCells = 2562;
 /// How long the mean looks back, s.
-constexpr double kMemory = 2;
+constexpr double kMeanTimeConstant_s = 2;
 constexpr unsigned kAllLenses = (1U << kMaxLenses) - 1;
 
 Vec3d fibonacci(int i) {
@@ -40,7 +40,7 @@ UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const 
   std::vector<Vec3d> directions;
   if (!grid.whole_sphere())
     for (int i = 0; i < kCells; ++i)
-      if (const Vec3d d = fibonacci(i); block_seeing(d, kAllLenses) == kNowhere) directions.push_back(d);
+      if (const Vec3d d = fibonacci(i); block_seeing(d, kAllLenses) == kNoBlock) directions.push_back(d);
   // Where what is seen has no side, there is nothing to mirror at.
   const Vec3d middle = middle_of(-1);
   const bool sided = length(middle) > 0.01 * grid.covered_sr();
@@ -48,14 +48,14 @@ UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const 
     const CellGrid::Pixel pixel{vec_cast<float>(d),
                                 static_cast<float>(missing / static_cast<double>(directions.size()))};
     cells_.add_cell({&pixel, 1});
-    mirror_of_cell_.push_back(sided ? block_seeing(mirrored(d, normalized(middle)), kAllLenses) : kNowhere);
+    mirror_of_cell_.push_back(sided ? block_seeing(mirrored(d, normalized(middle)), kAllLenses) : kNoBlock);
   }
   sums_.resize(cells_.size());
 
   if (rig.lenses.size() < 2) return;
   for (int gone = 0; gone < 2; ++gone) {
     const Vec3d axis = normalized(middle_of(1 - gone));
-    std::vector<std::uint32_t>& mirror = mirror_of_block_.emplace_back(layout.size(), kNowhere);
+    std::vector<std::uint32_t>& mirror = mirror_of_block_.emplace_back(layout.size(), kNoBlock);
     for (std::size_t block = 0; block < layout.size(); ++block)
       if (layout.place(block).lens == gone && grid.solid_angle(block) > 0)
         mirror[block] = block_seeing(mirrored(vec_cast<double>(grid.direction(block)), axis), 1U << (1 - gone));
@@ -73,13 +73,13 @@ std::uint32_t UnseenLight::block_seeing(Vec3d direction, unsigned lenses) const 
     const std::size_t block = layout_.block_of(static_cast<int>(k), static_cast<int>(x), static_cast<int>(y));
     if (grid_.solid_angle(block) > 0) return static_cast<std::uint32_t>(block);
   }
-  return kNowhere;
+  return kNoBlock;
 }
 
-void UnseenLight::remember(unsigned present, ProbeTime time, std::span<const CellSum> blocks) {
+void UnseenLight::update_mean(unsigned present, ProbeTime time, std::span<const CellSum> blocks) {
   const double dt = std::max(0.0, static_cast<double>((time - last_).ns) * 1e-9);
   last_ = time;
-  const auto gain = static_cast<float>(1 - std::exp(-dt / kMemory));
+  const auto gain = static_cast<float>(1 - std::exp(-dt / kMeanTimeConstant_s));
   for (std::size_t block = 0; block < blocks.size(); ++block) {
     const auto lens = static_cast<std::size_t>(layout_.place(block).lens);
     if ((present >> lens & 1U) == 0) continue;
@@ -95,7 +95,7 @@ void UnseenLight::remember(unsigned present, ProbeTime time, std::span<const Cel
 
 bool UnseenLight::fill(UnseenFill choice, unsigned present, ProbeTime time, std::span<CellSum> blocks) {
   const unsigned all = (1U << lenses_.size()) - 1;
-  if (choice == UnseenFill::average && lenses_.size() > 1) remember(present, time, blocks);
+  if (choice == UnseenFill::average && lenses_.size() > 1) update_mean(present, time, blocks);
   if (choice == UnseenFill::none) {
     std::fill(sums_.begin(), sums_.end(), CellSum{});
     return false;
@@ -104,7 +104,7 @@ bool UnseenLight::fill(UnseenFill choice, unsigned present, ProbeTime time, std:
   if (choice == UnseenFill::mirror) {
     const auto copy = [&](std::uint32_t from, float solid_angle, CellSum& to) {
       to = {};
-      if (from == kNowhere || !(grid_.solid_angle(from) > 0)) return;
+      if (from == kNoBlock || !(grid_.solid_angle(from) > 0)) return;
       const float k = solid_angle / grid_.solid_angle(from);
       to = {blocks[from].r * k, blocks[from].g * k, blocks[from].b * k};
       filled = true;
@@ -114,7 +114,7 @@ bool UnseenLight::fill(UnseenFill choice, unsigned present, ProbeTime time, std:
     for (std::size_t gone = 0; gone < mirror_of_block_.size(); ++gone)
       if ((present >> gone & 1U) == 0)
         for (std::size_t block = 0; block < blocks.size(); ++block)
-          if (mirror_of_block_[gone][block] != kNowhere)
+          if (mirror_of_block_[gone][block] != kNoBlock)
             copy(mirror_of_block_[gone][block], grid_.solid_angle(block), blocks[block]);
     return filled;
   }

@@ -32,10 +32,10 @@ class UnseenLight {
   bool fill(UnseenFill choice, unsigned present, ProbeTime time, std::span<CellSum> blocks);
 
  private:
-  static constexpr std::uint32_t kNowhere = 0xFFFFFFFF;
+  static constexpr std::uint32_t kNoBlock = 0xFFFFFFFF;
 
   [[nodiscard]] std::uint32_t block_seeing(Vec3d direction, unsigned lenses) const;
-  void remember(unsigned present, ProbeTime time, std::span<const CellSum> blocks);
+  void update_mean(unsigned present, ProbeTime time, std::span<const CellSum> blocks);
 
   const RigTable& table_;
   const BlockLayout& layout_;

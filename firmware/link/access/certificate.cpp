@@ -14,17 +14,17 @@ namespace lightwell {
 namespace {
 
 template <auto Free>
-struct Freed {
+struct OpenSslDeleter {
   template <class T>
   void operator()(T* object) const {
     Free(object);
   }
 };
-using Bio = std::unique_ptr<BIO, Freed<BIO_free_all>>;
-using BigNumber = std::unique_ptr<BIGNUM, Freed<BN_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
-using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
-using Extension = std::unique_ptr<X509_EXTENSION, Freed<X509_EXTENSION_free>>;
+using Bio = std::unique_ptr<BIO, OpenSslDeleter<BIO_free_all>>;
+using BigNumber = std::unique_ptr<BIGNUM, OpenSslDeleter<BN_free>>;
+using Key = std::unique_ptr<EVP_PKEY, OpenSslDeleter<EVP_PKEY_free>>;
+using Certificate = std::unique_ptr<X509, OpenSslDeleter<X509_free>>;
+using Extension = std::unique_ptr<X509_EXTENSION, OpenSslDeleter<X509_EXTENSION_free>>;
 
 Bio reader_of(const std::string& pem) { return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size()))); }
 
@@ -83,7 +83,7 @@ bool set_random_serial(X509* certificate) {
          BN_to_ASN1_INTEGER(serial.get(), X509_get_serialNumber(certificate)) != nullptr;
 }
 
-bool set_times(X509* certificate, const CertificateOrder& order) {
+bool set_times(X509* certificate, const CertificateRequest& order) {
   return ASN1_TIME_set(X509_getm_notBefore(certificate), static_cast<std::time_t>(order.not_before_s)) != nullptr &&
          ASN1_TIME_set(X509_getm_notAfter(certificate), static_cast<std::time_t>(order.not_after_s)) != nullptr;
 }
@@ -96,7 +96,7 @@ std::string text_of(BIO* bio) {
 
 }  // namespace
 
-Result<std::string> issue_certificate(const CertificateOrder& order, const Issuer& issuer) {
+Result<std::string> issue_certificate(const CertificateRequest& order, const Issuer& issuer) {
   const Bio in = reader_of(order.public_key);
   const Key subject_key(in ? PEM_read_bio_PUBKEY(in.get(), nullptr, no_phrase, nullptr) : nullptr);
   if (!subject_key || !is_p256(subject_key.get()))
@@ -117,7 +117,7 @@ Result<std::string> issue_certificate(const CertificateOrder& order, const Issue
   return text_of(out.get());
 }
 
-Result<CertificateFacts> read_certificate(const std::string& pem) {
+Result<CertificateInfo> read_certificate(const std::string& pem) {
   const Certificate certificate = certificate_of(pem);
   if (!certificate) return Status(StatusCode::data_loss, "no certificate in PEM form");
   std::tm until{};
@@ -126,10 +126,10 @@ Result<CertificateFacts> read_certificate(const std::string& pem) {
   std::array<char, 256> name{};
   X509_NAME_get_text_by_NID(X509_get_subject_name(certificate.get()), NID_commonName, name.data(),
                             static_cast<int>(name.size()));
-  return CertificateFacts{timegm(&until), name.data()};
+  return CertificateInfo{timegm(&until), name.data()};
 }
 
-Status check_belongs(const std::string& certificate, const std::string& key) {
+Status check_key_matches_certificate(const std::string& certificate, const std::string& key) {
   const Certificate held = certificate_of(certificate);
   const Key half = private_key_of(key);
   if (!held) return {StatusCode::invalid_argument, "no certificate in PEM form"};

@@ -13,13 +13,13 @@ namespace lightwell {
 enum class CertificateUse { authority, probe, client };
 
 /// 2020-01-01. A board without a battery may wake with a clock of years ago and must be let in nevertheless.
-inline constexpr std::int64_t kLongAgo_s = 1'577'836'800;
+inline constexpr std::int64_t kDefaultNotBefore_s = 1'577'836'800;
 
-struct CertificateOrder {
+struct CertificateRequest {
   CertificateUse use = CertificateUse::probe;
   std::string common_name;  ///< For people; at most 64 bytes of it are used.
   std::string public_key;   ///< SubjectPublicKeyInfo.
-  std::int64_t not_before_s = kLongAgo_s;
+  std::int64_t not_before_s = kDefaultNotBefore_s;
   std::int64_t not_after_s = 0;  ///< Seconds since 1970.
 };
 
@@ -29,18 +29,18 @@ struct Issuer {
 };
 
 /// invalid_argument where the key is not on P-256 or the issuer's parts cannot be read.
-[[nodiscard]] Result<std::string> issue_certificate(const CertificateOrder& order, const Issuer& issuer);
+[[nodiscard]] Result<std::string> issue_certificate(const CertificateRequest& order, const Issuer& issuer);
 
-struct CertificateFacts {
+struct CertificateInfo {
   std::int64_t not_after_s = 0;
   std::string common_name;
 };
 
 /// Of the first certificate in `pem`. data_loss where there is none.
-[[nodiscard]] Result<CertificateFacts> read_certificate(const std::string& pem);
+[[nodiscard]] Result<CertificateInfo> read_certificate(const std::string& pem);
 
 /// invalid_argument where `key` cannot be read or is not the one that `certificate` speaks of.
-[[nodiscard]] Status check_belongs(const std::string& certificate, const std::string& key);
+[[nodiscard]] Status check_key_matches_certificate(const std::string& certificate, const std::string& key);
 
 /// The public half of a private key. data_loss where it cannot be read.
 [[nodiscard]] Result<std::string> public_key_of(const std::string& private_key);

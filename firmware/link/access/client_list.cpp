@@ -75,7 +75,7 @@ std::string state_of(const std::string& path) {
 
 Status ClientList::load() {
   const std::lock_guard lock(mutex_);
-  seen_ = state_of(path_);
+  file_state_ = state_of(path_);
   Result<std::vector<ClientEntry>> entries = read_entries(path_);
   entries_ = entries ? std::move(*entries) : std::vector<ClientEntry>();
   return entries.status();
@@ -83,22 +83,22 @@ Status ClientList::load() {
 
 void ClientList::refresh() {
   const std::string now = state_of(path_);
-  if (now == seen_) return;
-  seen_ = now;
+  if (now == file_state_) return;
+  file_state_ = now;
   Result<std::vector<ClientEntry>> entries = read_entries(path_);
-  trouble_.clear();
+  error_message_.clear();
   if (entries) {
     entries_ = std::move(*entries);
     return;
   }
   ++faults_;
-  trouble_ = entries.status().message() + " (until then the clients of the last list without a mistake are let in)";
+  error_message_ = entries.status().message() + " (until then the clients of the last list without a mistake are let in)";
 }
 
-std::string ClientList::trouble() {
+std::string ClientList::error_message() {
   const std::lock_guard lock(mutex_);
   refresh();
-  return trouble_;
+  return error_message_;
 }
 
 std::uint64_t ClientList::faults() const {
@@ -106,7 +106,7 @@ std::uint64_t ClientList::faults() const {
   return faults_;
 }
 
-bool ClientList::admits_token(std::string_view token, std::int64_t now_s) {
+bool ClientList::accepts_token(std::string_view token, std::int64_t now_s) {
   // Of another length it cannot be one; what is hashed in its place is as long, and no token either.
   static const std::string kNoToken(kTokenLength, '.');
   const std::string digest = to_hex(sha256(token.size() == kTokenLength ? token : std::string_view(kNoToken)));
@@ -118,7 +118,7 @@ bool ClientList::admits_token(std::string_view token, std::int64_t now_s) {
   return good != 0;
 }
 
-bool ClientList::admits_certificate(std::string_view digest, std::int64_t now_s) {
+bool ClientList::accepts_certificate(std::string_view digest, std::int64_t now_s) {
   const std::lock_guard lock(mutex_);
   refresh();
   return std::any_of(entries_.begin(), entries_.end(), [&](const ClientEntry& e) {
@@ -137,7 +137,7 @@ Status ClientList::add(const std::string& path, ClientEntry entry, std::int64_t 
   entries->push_back(std::move(entry));
   std::string text = kHeading;
   for (const ClientEntry& e : *entries) text += line_of(e);
-  return write_atomically(path, text, Readers::owner);
+  return write_atomically(path, text, FileMode::owner);
 }
 
 }  // namespace lightwell

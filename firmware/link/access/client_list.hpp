@@ -34,12 +34,12 @@ class ClientList {
 
   /// The same work for every token, missing ("") and expired ones included, whatever their length: each is hashed and
   /// compared with every line, in constant time.
-  [[nodiscard]] bool admits_token(std::string_view token, std::int64_t now_s);
+  [[nodiscard]] bool accepts_token(std::string_view token, std::int64_t now_s);
   /// `digest` as in the file.
-  [[nodiscard]] bool admits_certificate(std::string_view digest, std::int64_t now_s);
+  [[nodiscard]] bool accepts_certificate(std::string_view digest, std::int64_t now_s);
 
   /// What is wrong with the file as it is now, and what to do; empty: nothing. Looks at the file.
-  [[nodiscard]] std::string trouble();
+  [[nodiscard]] std::string error_message();
   /// How often the file changed into one that cannot be read.
   [[nodiscard]] std::uint64_t faults() const;
 
@@ -54,10 +54,10 @@ class ClientList {
   const std::string path_;
   mutable std::mutex mutex_;
   std::vector<ClientEntry> entries_;  ///< Of the last file without a mistake.
-  std::string trouble_;
+  std::string error_message_;
   std::uint64_t faults_ = 0;
   /// Which file, how long, and when it was changed; empty: not looked at yet.
-  std::string seen_;
+  std::string file_state_;
 };
 
 }  // namespace lightwell

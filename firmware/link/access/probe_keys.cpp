@@ -19,11 +19,11 @@ namespace {
 
 constexpr std::int64_t kDay_s = 86'400;
 /// Of keys that are in use.
-constexpr std::int64_t kLookPeriod_s = 60;
+constexpr std::int64_t kCheckPeriod_s = 60;
 constexpr std::int64_t kAuthorityDays = 20 * 365, kProbeDays = 2 * 365;
 
 /// A board whose clock is behind makes certificates that last as long as if it were right at the least.
-std::int64_t days_from(std::int64_t now_s, std::int64_t days) { return std::max(now_s, kLongAgo_s) + days * kDay_s; }
+std::int64_t days_from(std::int64_t now_s, std::int64_t days) { return std::max(now_s, kDefaultNotBefore_s) + days * kDay_s; }
 
 /// The file's text, or what `make` gives, kept.
 Result<std::string> kept(const std::string& path, const std::function<Result<std::string>()>& make) {
@@ -32,7 +32,7 @@ Result<std::string> kept(const std::string& path, const std::function<Result<std
   if (*there) return std::move(**there);
   Result<std::string> made = make();
   if (!made) return made;
-  if (const Status s = write_atomically(path, *made, Readers::owner); !s.ok()) return s;
+  if (const Status s = write_atomically(path, *made, FileMode::owner); !s.ok()) return s;
   return made;
 }
 
@@ -48,7 +48,7 @@ Status at(const std::string& path, const Status& s) { return s.ok() ? s : Status
 struct Held {
   std::string certificate, key;
 };
-Result<Held> held(const std::string& stem, CertificateOrder order, const std::optional<Issuer>& issuer,
+Result<Held> held(const std::string& stem, CertificateRequest order, const std::optional<Issuer>& issuer,
                   std::int64_t renew_s) {
   const std::string key_path = stem + "_key.pem", path = stem + ".pem";
   const Result<std::string> key = kept(key_path, new_private_key);
@@ -59,14 +59,14 @@ Result<Held> held(const std::string& stem, CertificateOrder order, const std::op
   const auto issue = [&] { return issue_certificate(order, issuer ? *issuer : Issuer{{}, *key}); };
   Result<std::string> certificate = kept(path, issue);
   if (!certificate) return certificate.status();
-  const Result<CertificateFacts> facts = read_certificate(*certificate);
+  const Result<CertificateInfo> facts = read_certificate(*certificate);
   if (!facts) return at(path, facts.status());
   if (facts->not_after_s <= renew_s) {
     certificate = issue();
     if (!certificate) return certificate.status();
-    if (const Status s = write_atomically(path, *certificate, Readers::owner); !s.ok()) return s;
+    if (const Status s = write_atomically(path, *certificate, FileMode::owner); !s.ok()) return s;
   }
-  if (const Status s = at(path, check_belongs(*certificate, *key)); !s.ok()) return s;
+  if (const Status s = at(path, check_key_matches_certificate(*certificate, *key)); !s.ok()) return s;
   return Held{*certificate, *key};
 }
 
@@ -84,7 +84,7 @@ Status take_owners(const GrpcConfig& config, ProbeKeys& keys) {
     if (!certificate) return certificate.status();
     Result<std::string> key = read_named(config.key, "grpc.key");
     if (!key) return key.status();
-    if (const Status s = at(config.certificate + ", " + config.key, check_belongs(*certificate, *key)); !s.ok())
+    if (const Status s = at(config.certificate + ", " + config.key, check_key_matches_certificate(*certificate, *key)); !s.ok())
       return s;
     // Clients pin this certificate alone. Those that follow in the file vouch for others, too.
     Result<CertificateIdentity> own = identify_certificate(*certificate);
@@ -96,7 +96,7 @@ Status take_owners(const GrpcConfig& config, ProbeKeys& keys) {
   if (!config.client_ca.empty()) {
     Result<std::string> ca = read_named(config.client_ca, "grpc.client_ca");
     if (!ca) return ca.status();
-    if (const Result<CertificateFacts> facts = read_certificate(*ca); !facts)
+    if (const Result<CertificateInfo> facts = read_certificate(*ca); !facts)
       return at(config.client_ca, facts.status());
     keys.client_ca = std::move(*ca);
     keys.issuer_certificate.clear();
@@ -131,7 +131,7 @@ Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view pro
   ProbeKeys keys;
   keys.client_list = *folder + "/clients";
 
-  CertificateOrder order;
+  CertificateRequest order;
   order.use = CertificateUse::authority;
   order.common_name = std::string(probe_name) + " authority";
   order.not_after_s = days_from(now_s, kAuthorityDays);
@@ -152,24 +152,24 @@ Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view pro
   return keys;
 }
 
-ServedKeys::ServedKeys(GrpcConfig config, std::string probe_name, WallClock clock)
+ReloadingKeys::ReloadingKeys(GrpcConfig config, std::string probe_name, WallClock clock)
     : config_(std::move(config)), probe_name_(std::move(probe_name)), clock_(std::move(clock)) {}
 
-Result<ProbeKeys> ServedKeys::load() {
+Result<ProbeKeys> ReloadingKeys::load() {
   const std::lock_guard lock(mutex_);
-  looked_s_ = clock_();
-  Result<ProbeKeys> keys = load_probe_keys(config_, probe_name_, looked_s_);
+  checked_s_ = clock_();
+  Result<ProbeKeys> keys = load_probe_keys(config_, probe_name_, checked_s_);
   if (!keys) return keys;
   keys_ = *keys;
   changed_ = true;
   return keys;
 }
 
-void ServedKeys::refresh() {
+void ReloadingKeys::refresh() {
   // A clock that was set, in either direction, is a reason to look at once: a certificate may have expired by it.
   const std::int64_t now_s = clock_();
-  if (now_s >= looked_s_ && now_s < looked_s_ + kLookPeriod_s) return;
-  looked_s_ = now_s;
+  if (now_s >= checked_s_ && now_s < checked_s_ + kCheckPeriod_s) return;
+  checked_s_ = now_s;
   const std::string authority = std::filesystem::path(keys_.client_list).parent_path().string() + "/ca_key.pem";
   std::error_code error;
   // Without it, loading would make a new authority, which no client knows: that is for a start to do.
@@ -179,37 +179,37 @@ void ServedKeys::refresh() {
           : Status(StatusCode::not_found, authority +
                                               ": the probe's key is gone; bring it back, or start the probe "
                                               "anew, which makes another, and pair its clients again");
-  trouble_ = keys ? std::string() : keys.status().message() + " (until then the keys from before are used)";
+  error_message_ = keys ? std::string() : keys.status().message() + " (until then the keys from before are used)";
   if (!keys || (keys->certificate == keys_.certificate && keys->key == keys_.key && keys->client_ca == keys_.client_ca))
     return;
   keys_ = std::move(*keys);
   changed_ = true;
 }
 
-std::optional<ProbeKeys> ServedKeys::take_changed() {
+std::optional<ProbeKeys> ReloadingKeys::take_changed() {
   const std::lock_guard lock(mutex_);
   refresh();
   if (!std::exchange(changed_, false)) return std::nullopt;
   return keys_;
 }
 
-std::string ServedKeys::trouble() {
+std::string ReloadingKeys::error_message() {
   const std::lock_guard lock(mutex_);
   refresh();
-  return trouble_;
+  return error_message_;
 }
 
-Result<NewClient> admit_client(const ProbeKeys& keys, const std::string& name, const std::string& public_key, int days,
+Result<ClientCredentials> register_client(const ProbeKeys& keys, const std::string& name, const std::string& public_key, int days,
                                std::int64_t now_s) {
   const Result<std::string> secret = random_bytes(32);
   if (!secret) return secret.status();
-  NewClient client;
+  ClientCredentials client;
   client.token = to_base64url(*secret);
   client.expires_s = days_from(now_s, days);
   ClientEntry entry{to_hex(sha256(client.token)), {}, client.expires_s, name};
-  if (keys.own_clients()) {
+  if (keys.issues_client_certificates()) {
     Result<std::string> certificate =
-        issue_certificate({CertificateUse::client, "client", public_key, kLongAgo_s, client.expires_s},
+        issue_certificate({CertificateUse::client, "client", public_key, kDefaultNotBefore_s, client.expires_s},
                           {keys.issuer_certificate, keys.issuer_key});
     if (!certificate) return certificate.status();
     const Result<std::string> digest = certificate_digest(*certificate);

@@ -25,7 +25,7 @@ struct ProbeKeys {
   std::string client_list;  ///< Path.
 
   /// Whether a client must be on the list besides having a certificate.
-  [[nodiscard]] bool own_clients() const { return !issuer_key.empty(); }
+  [[nodiscard]] bool issues_client_certificates() const { return !issuer_key.empty(); }
 };
 
 /// config.keys, or the default that config.proto states. failed_precondition where there is neither a state folder nor
@@ -42,16 +42,16 @@ struct ProbeKeys {
 using WallClock = std::function<std::int64_t()>;
 
 /// The keys of a probe that serves: renewed, and read again where the owner's files changed, while it runs. Any thread.
-class ServedKeys {
+class ReloadingKeys {
  public:
-  ServedKeys(GrpcConfig config, std::string probe_name, WallClock clock);
+  ReloadingKeys(GrpcConfig config, std::string probe_name, WallClock clock);
 
   /// As load_probe_keys().
   [[nodiscard]] Result<ProbeKeys> load();
   /// Those to show from now on, where they are others than at the last call. Looks once a minute at most.
   [[nodiscard]] std::optional<ProbeKeys> take_changed();
   /// Why they could not be renewed or read, in which case those from before stay; empty: they could. Looks as well.
-  [[nodiscard]] std::string trouble();
+  [[nodiscard]] std::string error_message();
 
  private:
   /// The mutex is held.
@@ -63,18 +63,18 @@ class ServedKeys {
   std::mutex mutex_;
   ProbeKeys keys_;
   bool changed_ = false;
-  std::int64_t looked_s_ = 0;
-  std::string trouble_;
+  std::int64_t checked_s_ = 0;
+  std::string error_message_;
 };
 
 /// A client as pairing makes it known: what it is told, once; the list keeps digests alone.
-struct NewClient {
+struct ClientCredentials {
   std::string token;
   std::string certificate;  ///< Empty where the owner's authority gives them out.
   std::int64_t expires_s = 0;
 };
 /// Puts it on the list. `public_key`: PEM, P-256.
-[[nodiscard]] Result<NewClient> admit_client(const ProbeKeys& keys, const std::string& name,
+[[nodiscard]] Result<ClientCredentials> register_client(const ProbeKeys& keys, const std::string& name,
                                              const std::string& public_key, int days, std::int64_t now_s);
 
 }  // namespace lightwell

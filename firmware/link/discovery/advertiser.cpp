@@ -75,9 +75,9 @@ class Advertiser::Worker {
     const std::lock_guard lock(mutex_);
     return announced_;
   }
-  [[nodiscard]] std::string trouble() const {
+  [[nodiscard]] std::string error_message() const {
     const std::lock_guard lock(mutex_);
-    return trouble_;
+    return error_message_;
   }
 
  private:
@@ -89,7 +89,7 @@ class Advertiser::Worker {
       if (client_failed_) disconnect();
       if (rename_) {
         rename_ = false;
-        take_another_name();
+        choose_alternative_name();
       }
     }
     disconnect();
@@ -104,7 +104,7 @@ class Advertiser::Worker {
     // The callback has run already, with the client that is about to be returned.
     client_ = made;
     if (made == nullptr) group_ = nullptr;
-    if (made == nullptr) set_trouble(std::string("no connection to avahi-daemon: ") + avahi_strerror(error));
+    if (made == nullptr) set_error_message(std::string("no connection to avahi-daemon: ") + avahi_strerror(error));
   }
 
   void disconnect() {
@@ -125,13 +125,13 @@ class Advertiser::Worker {
       case AVAHI_CLIENT_S_REGISTERING:
         // The host's own name changes: what was published under it is published anew when it is settled.
         if (self.group_ != nullptr) avahi_entry_group_reset(self.group_);
-        self.set_trouble("avahi-daemon is settling this machine's name");
+        self.set_error_message("avahi-daemon is settling this machine's name");
         break;
       case AVAHI_CLIENT_CONNECTING:
-        self.set_trouble("avahi-daemon is not running");
+        self.set_error_message("avahi-daemon is not running");
         break;
       case AVAHI_CLIENT_FAILURE:
-        self.set_trouble(std::string("avahi-daemon went away: ") + avahi_strerror(avahi_client_errno(client)));
+        self.set_error_message(std::string("avahi-daemon went away: ") + avahi_strerror(avahi_client_errno(client)));
         self.client_failed_ = true;
         break;
     }
@@ -143,11 +143,11 @@ class Advertiser::Worker {
     if (state == AVAHI_ENTRY_GROUP_ESTABLISHED) {
       const std::lock_guard lock(self.mutex_);
       self.announced_ = self.instance_;
-      self.trouble_.clear();
+      self.error_message_.clear();
     } else if (state == AVAHI_ENTRY_GROUP_COLLISION) {
       self.rename_ = true;
     } else if (state == AVAHI_ENTRY_GROUP_FAILURE) {
-      self.set_trouble(std::string("avahi-daemon refused: ") + avahi_strerror(avahi_client_errno(self.client_)));
+      self.set_error_message(std::string("avahi-daemon refused: ") + avahi_strerror(avahi_client_errno(self.client_)));
       self.client_failed_ = true;
     }
   }
@@ -169,12 +169,12 @@ class Advertiser::Worker {
     }
     if (rc == 0) rc = avahi_entry_group_commit(group_);
     if (rc == 0) return;
-    set_trouble(std::string("avahi-daemon refused: ") + avahi_strerror(rc));
+    set_error_message(std::string("avahi-daemon refused: ") + avahi_strerror(rc));
     client_failed_ = true;
     next_try_ns_ = monotonic_now_ns() + kRetryNs;
   }
 
-  void take_another_name() {
+  void choose_alternative_name() {
     if (client_ == nullptr || ++renames_ > kMaxRenames) return;
     char* const other = avahi_alternative_service_name(instance_.c_str());
     instance_ = other;
@@ -183,10 +183,10 @@ class Advertiser::Worker {
     publish();
   }
 
-  void set_trouble(const std::string& trouble) {
+  void set_error_message(const std::string& error_message) {
     const std::lock_guard lock(mutex_);
     announced_.clear();
-    trouble_ = trouble;
+    error_message_ = error_message;
   }
 
   // The thread's own.
@@ -202,13 +202,13 @@ class Advertiser::Worker {
 
   std::atomic<bool> stopping_{false};
   mutable std::mutex mutex_;
-  std::string announced_, trouble_ = "not announced yet";
+  std::string announced_, error_message_ = "not announced yet";
   std::thread thread_;
 };
 
 Advertiser::Advertiser(const Advertisement& advertisement) : worker_(std::make_unique<Worker>(advertisement)) {}
 Advertiser::~Advertiser() = default;
 std::string Advertiser::announced_as() const { return worker_->announced_as(); }
-std::string Advertiser::trouble() const { return worker_->trouble(); }
+std::string Advertiser::error_message() const { return worker_->error_message(); }
 
 }  // namespace lightwell

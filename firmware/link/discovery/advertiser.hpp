@@ -22,7 +22,7 @@ class Advertiser {
   /// The instance name under which others see it; empty while they do not. Any thread.
   [[nodiscard]] std::string announced_as() const;
   /// Why nobody sees it, for a person; empty where they do. Any thread.
-  [[nodiscard]] std::string trouble() const;
+  [[nodiscard]] std::string error_message() const;
 
  private:
   class Worker;

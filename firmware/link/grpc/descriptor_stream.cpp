@@ -17,9 +17,9 @@ void ByteCall::finish(const grpc::Status& status) {
   finish_locked(status);
 }
 
-void ByteCall::follow() { all_.add(this); }
+void ByteCall::subscribe() { all_.add(this); }
 
-void ByteCall::offer(const grpc::ByteBuffer& descriptor) {
+void ByteCall::enqueue(const grpc::ByteBuffer& descriptor) {
   const std::lock_guard lock(mutex_);
   if (finished_) return;
   if (writing_) {
@@ -77,7 +77,7 @@ void StreamClients::remove(ByteCall* client) {
 
 void StreamClients::publish(const grpc::ByteBuffer& descriptor) {
   const std::lock_guard lock(mutex_);
-  for (ByteCall* client : clients_) client->offer(descriptor);
+  for (ByteCall* client : clients_) client->enqueue(descriptor);
 }
 
 void StreamClients::close() {

@@ -26,9 +26,9 @@ class ByteCall : public grpc::ServerGenericBidiReactor {
   void answer(const grpc::ByteBuffer& message);
   void finish(const grpc::Status& status);
   /// From now on it gets every descriptor, or the newest where it is slow.
-  void follow();
+  void subscribe();
   /// A descriptor for a call that follows.
-  void offer(const grpc::ByteBuffer& descriptor);
+  void enqueue(const grpc::ByteBuffer& descriptor);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override { finish(grpc::Status::CANCELLED); }

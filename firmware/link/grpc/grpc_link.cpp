@@ -8,9 +8,9 @@
 #include <grpcpp/health_check_service_interface.h>
 
 #include "link/access/client_list.hpp"
-#include "link/access/exposure.hpp"
+#include "link/access/bind_policy.hpp"
 #include "link/access/probe_keys.hpp"
-#include "link/grpc/gatekeeper.hpp"
+#include "link/grpc/call_authorizer.hpp"
 #include "link/grpc/probe_service.hpp"
 #include "link/grpc/transport.hpp"
 
@@ -25,7 +25,7 @@ class GrpcLink final : public Link {
 
   Status start() override {
     if (!is_host_and_port(config_.listen)) return refused();
-    if (const Status s = check_exposure(config_); !s.ok()) return s;
+    if (const Status s = check_bind_policy(config_); !s.ok()) return s;
     std::shared_ptr<grpc::ServerCredentials> credentials = grpc::InsecureServerCredentials();
     if (config_.encrypted()) {
       Result<std::shared_ptr<grpc::ServerCredentials>> guarded = guarded_credentials();
@@ -61,14 +61,14 @@ class GrpcLink final : public Link {
 
   LinkCounters counters() const override {
     LinkCounters c = service_.counters();
-    if (gatekeeper_) c.authentication_failures = gatekeeper_->refused();
+    if (authorizer_) c.authentication_failures = authorizer_->refused();
     if (clients_) c.client_list_faults = clients_->faults();
     return c;
   }
 
-  std::string trouble() const override {
+  std::string error_message() const override {
     if (!keys_) return {};
-    const std::string of_keys = keys_->trouble(), of_clients = clients_->trouble();
+    const std::string of_keys = keys_->error_message(), of_clients = clients_->error_message();
     return of_keys + (of_keys.empty() || of_clients.empty() ? "" : "; ") + of_clients;
   }
 
@@ -78,28 +78,28 @@ class GrpcLink final : public Link {
   }
 
  private:
-  [[nodiscard]] Status refused() const { return cannot_listen(config_.listen, "grpc.listen or --listen"); }
+  [[nodiscard]] Status refused() const { return listen_error(config_.listen, "grpc.listen or --listen"); }
 
   Result<std::shared_ptr<grpc::ServerCredentials>> guarded_credentials() {
-    keys_ = std::make_shared<ServedKeys>(config_, probe_name_, clock_);
+    keys_ = std::make_shared<ReloadingKeys>(config_, probe_name_, clock_);
     const Result<ProbeKeys> keys = keys_->load();
     if (!keys) return keys.status();
     clients_ = std::make_shared<ClientList>(keys->client_list);
     if (const Status s = clients_->load(); !s.ok()) return s;
     const bool all = config_.security == LinkSecurity::mutual_tls;
-    gatekeeper_ =
-        std::make_shared<Gatekeeper>(clients_, keys->own_clients() ? CertificateRule::listed : CertificateRule::any);
+    authorizer_ =
+        std::make_shared<CallAuthorizer>(clients_, keys->issues_client_certificates() ? CertificatePolicy::listed : CertificatePolicy::any);
     return renewed_tls_credentials(keys_, all ? ClientCertificates::required : ClientCertificates::welcome,
-                                   gatekeeper_);
+                                   authorizer_);
   }
 
   const GrpcConfig config_;
   const std::string probe_name_;
   const WallClock clock_;
   ProbeService service_;
-  std::shared_ptr<ServedKeys> keys_;
+  std::shared_ptr<ReloadingKeys> keys_;
   std::shared_ptr<ClientList> clients_;
-  std::shared_ptr<Gatekeeper> gatekeeper_;
+  std::shared_ptr<CallAuthorizer> authorizer_;
   std::unique_ptr<grpc::Server> server_;
   int port_ = 0;
 };

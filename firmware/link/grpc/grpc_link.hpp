@@ -14,7 +14,7 @@
 
 namespace lightwell {
 
-/// Files named in `config` are as they are to be opened. start() refuses what check_exposure() does, and makes keys
+/// Files named in `config` are as they are to be opened. start() refuses what check_bind_policy() does, and makes keys
 /// where there are none yet. `commands` must outlive the link and is called from gRPC's threads. `clock` says when the
 /// probe's certificate is due to be renewed.
 [[nodiscard]] std::unique_ptr<Link> make_grpc_link(

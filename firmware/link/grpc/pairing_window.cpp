@@ -11,7 +11,7 @@
 #include <lightwell/secrets.hpp>
 
 #include "lightwell/v1/pairing.grpc.pb.h"
-#include "link/access/exposure.hpp"
+#include "link/access/bind_policy.hpp"
 #include "link/grpc/rpc_status.hpp"
 #include "link/grpc/transport.hpp"
 
@@ -47,9 +47,9 @@ class Service final : public Base {
     return finished(context, finish(*request, *response));
   }
 
-  PairingOutcome wait(std::chrono::milliseconds patience) {
+  PairingOutcome wait(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
-    closed_.wait_until(lock, std::min(Clock::now() + patience, end_),
+    closed_.wait_until(lock, std::min(Clock::now() + timeout, end_),
                        [this] { return outcome_ != PairingOutcome::open; });
     close_when_over();
     return outcome_;
@@ -97,7 +97,7 @@ class Service final : public Base {
     ++begun_;
     Result<PairingExchange> exchange = PairingExchange::begin(PairingSide::probe, code_);
     if (!exchange) return rpc_status(exchange.status());
-    if (const Status s = exchange->meet(request.share(), digest_); !s.ok()) return rpc_status(s);
+    if (const Status s = exchange->process_peer_share(request.share(), digest_); !s.ok()) return rpc_status(s);
     Result<std::string> session = random_bytes(16);
     if (!session) return rpc_status(session.status());
     response.set_session(*session);
@@ -115,7 +115,7 @@ class Service final : public Base {
     // No guess: else a stranger who never began could close the window with three invented sessions.
     if (held.empty()) return wrong_code();
     if (!held.mapped().confirms(request.confirmation())) {
-      if (++wrong_codes_ == PairingWindow::kMaxWrongCodes) close(PairingOutcome::guessed);
+      if (++wrong_codes_ == PairingWindow::kMaxWrongCodes) close(PairingOutcome::too_many_wrong_codes);
       return wrong_code();
     }
     PairingExchange exchange = std::move(held.mapped());
@@ -123,8 +123,8 @@ class Service final : public Base {
     v1::PairApplication application;
     if (!opened || !application.ParseFromString(*opened))
       return {grpc::StatusCode::INVALID_ARGUMENT, "the sealed application is not one of this exchange"};
-    const Result<NewClient> client =
-        admit_client(keys_, application.client_name(), application.public_key(), options_.days, std::time(nullptr));
+    const Result<ClientCredentials> client =
+        register_client(keys_, application.client_name(), application.public_key(), options_.days, std::time(nullptr));
     if (!client) return rpc_status(client.status());
     v1::PairCredentials credentials;
     credentials.set_probe_name(options_.probe_name);
@@ -172,7 +172,7 @@ PairingWindow::~PairingWindow() {
 }
 
 Result<std::unique_ptr<PairingWindow>> PairingWindow::open(const PairingWindowOptions& options, const ProbeKeys& keys) {
-  if (!is_host_and_port(options.listen)) return cannot_listen(options.listen, "--pair-listen");
+  if (!is_host_and_port(options.listen)) return listen_error(options.listen, "--pair-listen");
   Result<std::string> code = random_code();
   if (!code) return code.status();
   const Result<std::string> digest = certificate_digest(keys.certificate);
@@ -186,7 +186,7 @@ Result<std::unique_ptr<PairingWindow>> PairingWindow::open(const PairingWindowOp
   set_limits(builder);
   builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
   impl->server = builder.BuildAndStart();
-  if (!impl->server || impl->port == 0) return cannot_listen(options.listen, "--pair-listen");
+  if (!impl->server || impl->port == 0) return listen_error(options.listen, "--pair-listen");
   return std::unique_ptr<PairingWindow>(new PairingWindow(std::move(impl)));
 }
 
@@ -194,6 +194,6 @@ const std::string& PairingWindow::code() const { return impl_->service->code(); 
 std::string PairingWindow::address() const { return "grpcs://" + impl_->host + ":" + std::to_string(impl_->port); }
 std::string PairingWindow::client_name() const { return impl_->service->client_name(); }
 int PairingWindow::wrong_codes() const { return impl_->service->wrong_codes(); }
-PairingOutcome PairingWindow::wait(std::chrono::milliseconds patience) { return impl_->service->wait(patience); }
+PairingOutcome PairingWindow::wait(std::chrono::milliseconds timeout) { return impl_->service->wait(timeout); }
 
 }  // namespace lightwell

@@ -24,7 +24,7 @@ struct PairingWindowOptions {
 enum class PairingOutcome {
   open,
   paired,
-  guessed,    ///< Three wrong codes.
+  too_many_wrong_codes,    ///< Three wrong codes.
   timed_out,  ///< Nobody came, or nobody finished.
 };
 
@@ -50,7 +50,7 @@ class PairingWindow {
   [[nodiscard]] int wrong_codes() const;
 
   /// Waits until the window closes, at most so long. Any thread.
-  [[nodiscard]] PairingOutcome wait(std::chrono::milliseconds patience);
+  [[nodiscard]] PairingOutcome wait(std::chrono::milliseconds timeout);
 
  private:
   struct Impl;

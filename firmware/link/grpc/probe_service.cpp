@@ -15,7 +15,7 @@ class ProbeService::Call final : public ByteCall {
   }
 
   void OnReadDone(bool came) override {
-    const Result<std::string> bytes = service_.whole(came, request_);
+    const Result<std::string> bytes = service_.validate_request(came, request_);
     request_.Clear();
     if (bytes)
       (service_.*method_)(*bytes, *this);
@@ -46,7 +46,7 @@ void ProbeService::add(const char* path, Method method) {
                             [this, method](grpc::CallbackServerContext*) { return new Call(*this, method); }));
 }
 
-Result<std::string> ProbeService::whole(bool came, const grpc::ByteBuffer& bytes) {
+Result<std::string> ProbeService::validate_request(bool came, const grpc::ByteBuffer& bytes) {
   const std::size_t size = came ? bytes.Length() : 0;
   std::string text;
   std::vector<grpc::Slice> slices;
@@ -84,7 +84,7 @@ LinkCounters ProbeService::counters() const {
 
 void ProbeService::stream_descriptors(const std::string& bytes, ByteCall& call) {
   v1::StreamDescriptorsRequest request;
-  if (read(bytes, request, call)) call.follow();
+  if (read(bytes, request, call)) call.subscribe();
 }
 
 void ProbeService::get_descriptor(const std::string& bytes, ByteCall& call) {

@@ -51,7 +51,7 @@ class ProbeService final : public grpc::Service {
   void get_config(const std::string& request, ByteCall& call);
 
   /// Bytes that came whole; or counts, and says why not.
-  [[nodiscard]] Result<std::string> whole(bool came, const grpc::ByteBuffer& bytes);
+  [[nodiscard]] Result<std::string> validate_request(bool came, const grpc::ByteBuffer& bytes);
   /// Reads a request; where it is none, counts it, finishes the call and returns false.
   template <class Request>
   [[nodiscard]] bool read(const std::string& bytes, Request& request, ByteCall& call);

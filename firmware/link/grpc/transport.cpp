@@ -29,10 +29,10 @@ std::string_view view_of(const grpc_slice& slice) {
 /// which it accepts a key and a certificate that do not belong together.
 class RenewedTlsCredentials final : public grpc::ServerCredentials {
  public:
-  RenewedTlsCredentials(std::shared_ptr<ServedKeys> keys, ClientCertificates clients,
-                        std::shared_ptr<Gatekeeper> gatekeeper) {
+  RenewedTlsCredentials(std::shared_ptr<ReloadingKeys> keys, ClientCertificates clients,
+                        std::shared_ptr<CallAuthorizer> authorizer) {
     // gRPC keeps the C object for as long as a server uses it, and gives `parts` back at its end.
-    auto* const parts = new Parts{std::move(keys), std::move(gatekeeper)};
+    auto* const parts = new Parts{std::move(keys), std::move(authorizer)};
     held_ = grpc_ssl_server_credentials_create_with_options(
         grpc_ssl_server_credentials_create_options_using_config_fetcher(request_of(clients), fetch, parts));
     grpc_server_credentials_set_auth_metadata_processor(
@@ -47,8 +47,8 @@ class RenewedTlsCredentials final : public grpc::ServerCredentials {
 
  private:
   struct Parts {
-    std::shared_ptr<ServedKeys> keys;
-    std::shared_ptr<Gatekeeper> gatekeeper;
+    std::shared_ptr<ReloadingKeys> keys;
+    std::shared_ptr<CallAuthorizer> authorizer;
   };
 
   int AddPortToServer(const std::string& address, grpc_server* server) override {
@@ -65,7 +65,7 @@ class RenewedTlsCredentials final : public grpc::ServerCredentials {
 
   static void process(void* state, grpc_auth_context* context, const grpc_metadata* metadata, std::size_t count,
                       grpc_process_auth_metadata_done_cb done, void* user_data) {
-    CallIdentity call;
+    CallCredentials call;
     for (std::size_t i = 0; i < count; ++i) {
       const std::string_view name = view_of(metadata[i].key), value = view_of(metadata[i].value);
       if (name == ":path") call.path = value;
@@ -76,8 +76,8 @@ class RenewedTlsCredentials final : public grpc::ServerCredentials {
         grpc_auth_context_find_properties_by_name(context, GRPC_X509_PEM_CERT_PROPERTY_NAME);
     if (const grpc_auth_property* const shown = grpc_auth_property_iterator_next(&properties))
       call.certificate = {shown->value, shown->value_length};
-    const char* const refusal = static_cast<Parts*>(state)->gatekeeper->refusal(call);
-    done(user_data, nullptr, 0, nullptr, 0, refusal == nullptr ? GRPC_STATUS_OK : GRPC_STATUS_UNAUTHENTICATED, refusal);
+    const char* const denial_reason = static_cast<Parts*>(state)->authorizer->denial_reason(call);
+    done(user_data, nullptr, 0, nullptr, 0, denial_reason == nullptr ? GRPC_STATUS_OK : GRPC_STATUS_UNAUTHENTICATED, denial_reason);
   }
 
   grpc_server_credentials* held_ = nullptr;
@@ -92,10 +92,10 @@ std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys, 
   return grpc::SslServerCredentials(options);
 }
 
-std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ServedKeys> keys,
+std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ReloadingKeys> keys,
                                                                  ClientCertificates clients,
-                                                                 std::shared_ptr<Gatekeeper> gatekeeper) {
-  return std::make_shared<RenewedTlsCredentials>(std::move(keys), clients, std::move(gatekeeper));
+                                                                 std::shared_ptr<CallAuthorizer> authorizer) {
+  return std::make_shared<RenewedTlsCredentials>(std::move(keys), clients, std::move(authorizer));
 }
 
 void set_limits(grpc::ServerBuilder& builder) {
@@ -116,7 +116,7 @@ void set_limits(grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(kMaxWireMessageBytes);
 }
 
-Status cannot_listen(const std::string& listen, const std::string& options) {
+Status listen_error(const std::string& listen, const std::string& options) {
   return {StatusCode::resource_exhausted,
           "cannot listen on '" + listen +
               "': the address is malformed (HOST:PORT), not of this machine, or its port is in use by another "

@@ -10,7 +10,7 @@
 #include <lightwell/result.hpp>
 
 #include "link/access/probe_keys.hpp"
-#include "link/grpc/gatekeeper.hpp"
+#include "link/grpc/call_authorizer.hpp"
 
 namespace lightwell {
 
@@ -21,9 +21,9 @@ enum class ClientCertificates { not_asked, welcome, required };
                                                                        ClientCertificates clients);
 /// For one that outlives its certificate: each handshake shows what `keys` has at that moment, and connections that are
 /// there go on. `gatekeeper` is asked for each call.
-[[nodiscard]] std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ServedKeys> keys,
+[[nodiscard]] std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ReloadingKeys> keys,
                                                                                ClientCertificates clients,
-                                                                               std::shared_ptr<Gatekeeper> gatekeeper);
+                                                                               std::shared_ptr<CallAuthorizer> authorizer);
 
 /// No message above this is read at all; those who serve have smaller limits, and count.
 inline constexpr int kMaxWireMessageBytes = 64 * 1024;
@@ -31,6 +31,6 @@ inline constexpr int kMaxWireMessageBytes = 64 * 1024;
 void set_limits(grpc::ServerBuilder& builder);
 
 /// Why nothing listens at `listen`.
-[[nodiscard]] Status cannot_listen(const std::string& listen, const std::string& options);
+[[nodiscard]] Status listen_error(const std::string& listen, const std::string& options);
 
 }  // namespace lightwell

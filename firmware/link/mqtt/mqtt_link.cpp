@@ -25,7 +25,7 @@ constexpr std::int64_t kStatusPeriod = kSecond;
 constexpr double kClockAnswersPerSecond = 500;
 
 /// What is left of so many a second. One thread.
-class Allowance {
+class TokenBucket {
  public:
   [[nodiscard]] bool take(std::int64_t now_ns) {
     left_ = std::min(kClockAnswersPerSecond,
@@ -50,14 +50,14 @@ class Worker {
   void run() {
     while (!stopping_) {
       // Nothing is due while the broker takes nothing.
-      session_.turn({session_.idle() ? next_status_ns_ - monotonic_now_ns() : kSecond});
+      session_.run_once({session_.idle() ? next_status_ns_ - monotonic_now_ns() : kSecond});
       if (stopping_) break;
       if (session_.idle()) send();
     }
     // What is stale the moment it is said comes before nothing at all: "gone" takes the place of the status.
     if (session_.connected()) session_.publish(topics_.status, std::as_bytes(std::span(kMqttGone)), true);
     session_.close(Duration{kSecond / 2});
-    set_trouble("stopped");
+    set_error_message("stopped");
     const std::lock_guard lock(mutex_);
     ended_ = true;
     changed_.notify_all();
@@ -78,7 +78,7 @@ class Worker {
     stopping_ = true;
     session_.wake();
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::milliseconds(900), [&] { return ended_; }) || !session_.looking_up();
+    return changed_.wait_for(lock, std::chrono::milliseconds(900), [&] { return ended_; }) || !session_.resolving();
   }
 
   [[nodiscard]] LinkCounters counters() const {
@@ -90,9 +90,9 @@ class Worker {
   }
 
   /// Why the broker is away, for a person; empty where it is there.
-  [[nodiscard]] std::string trouble() const {
+  [[nodiscard]] std::string error_message() const {
     const std::lock_guard lock(mutex_);
-    return trouble_;
+    return error_message_;
   }
 
  private:
@@ -111,16 +111,16 @@ class Worker {
     options.on_connected = [this] {
       // At once, before any descriptor: it takes the place of the last will.
       next_status_ns_ = 1;
-      set_trouble({});
+      set_error_message({});
     };
-    options.on_lost = [this](const std::string& why) { set_trouble(why); };
-    options.on_message = [this](const MqttMessage& message) { tell_clock(message); };
+    options.on_lost = [this](const std::string& why) { set_error_message(why); };
+    options.on_message = [this](const MqttMessage& message) { publish_clock(message); };
     return options;
   }
 
-  void set_trouble(const std::string& trouble) {
+  void set_error_message(const std::string& error_message) {
     const std::lock_guard lock(mutex_);
-    trouble_ = trouble;
+    error_message_ = error_message;
   }
 
   void send() {
@@ -143,7 +143,7 @@ class Worker {
   }
 
   /// An answer that would wait behind others tells a time that is over; the client asks again.
-  void tell_clock(const MqttMessage& request) {
+  void publish_clock(const MqttMessage& request) {
     const bool sound = request.topic == topics_.clock && request.payload.size() <= kMaxMqttCorrelationBytes &&
                        !request.correlation.empty() && request.correlation.size() <= kMaxMqttCorrelationBytes &&
                        is_reply_topic(topics_, request.response_topic);
@@ -160,7 +160,7 @@ class Worker {
 
   const MqttTopics topics_;
   Commands& commands_;
-  Allowance allowance_;
+  TokenBucket allowance_;
   std::int64_t next_status_ns_ = 0;
   std::atomic<bool> stopping_{false};
 
@@ -169,7 +169,7 @@ class Worker {
   EncodedDescriptor next_;
   LinkCounters counters_;
   bool ended_ = false;
-  std::string trouble_ = "not connected yet";
+  std::string error_message_ = "not connected yet";
 
   MqttSession session_;  // last: it calls into the others
 };
@@ -232,7 +232,7 @@ class MqttLink final : public Link {
 
   LinkCounters counters() const override { return worker_ ? worker_->counters() : LinkCounters{}; }
   std::string address() const override { return address_; }
-  std::string trouble() const override { return worker_ ? worker_->trouble() : "not started"; }
+  std::string error_message() const override { return worker_ ? worker_->error_message() : "not started"; }
 
  private:
   MqttConfig config_;

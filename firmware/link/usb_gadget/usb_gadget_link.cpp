@@ -41,7 +41,7 @@ class GadgetLink final : public UsbGadgetLink {
     {
       const std::lock_guard lock(mutex_);
       if (!listening_) {
-        ++counters_.unheard;
+        ++counters_.descriptors_without_listener;
         return;
       }
       if (newest_) ++coalesced_;
@@ -57,7 +57,7 @@ class GadgetLink final : public UsbGadgetLink {
     thread_.join();
     port_->close();
     end_stream();
-    set_listening(Listening::no);
+    set_listening(HostListening::no);
     sending_ = receiving_ = false;
   }
 
@@ -65,7 +65,7 @@ class GadgetLink final : public UsbGadgetLink {
     const std::lock_guard lock(mutex_);
     return {.clients = listening_ ? 1U : 0U,
             .coalesced = coalesced_,
-            .messages_refused = counters_.from_host.refused() + counters_.not_requests};
+            .messages_refused = counters_.from_host.refused() + counters_.invalid_requests};
   }
   UsbGadgetCounters usb_counters() const override {
     const std::lock_guard lock(mutex_);
@@ -74,7 +74,7 @@ class GadgetLink final : public UsbGadgetLink {
   std::string address() const override { return "usb:"; }
 
  private:
-  enum class Listening { yes, no };
+  enum class HostListening { yes, no };
 
   void run() {
     while (!stopping_) {
@@ -122,9 +122,9 @@ class GadgetLink final : public UsbGadgetLink {
   }
 
   void on_time(ProbeTime now) {
-    if (heard_ && now - *heard_ > kListening) {
-      heard_.reset();
-      set_listening(Listening::no);
+    if (last_request_ && now - *last_request_ > kListenerTimeout) {
+      last_request_.reset();
+      set_listening(HostListening::no);
     }
   }
 
@@ -132,16 +132,16 @@ class GadgetLink final : public UsbGadgetLink {
   void end_stream() {
     reader_.begin_stream();
     responses_.clear();
-    heard_.reset();
-    set_listening(Listening::no);
+    last_request_.reset();
+    set_listening(HostListening::no);
   }
 
-  void set_listening(Listening listening) {
+  void set_listening(HostListening listening) {
     const std::lock_guard lock(mutex_);
-    listening_ = listening == Listening::yes;
+    listening_ = listening == HostListening::yes;
     if (!listening_ && newest_) {
       newest_.reset();
-      ++counters_.unheard;
+      ++counters_.descriptors_without_listener;
     }
     counters_.from_host = reader_.counters();
   }
@@ -159,7 +159,7 @@ class GadgetLink final : public UsbGadgetLink {
       pause();
       return;
     }
-    const FrameReader::Take take = [this](const LinkFrame& frame) { answer(frame); };
+    const FrameReader::FrameCallback take = [this](const LinkFrame& frame) { answer(frame); };
     reader_.push(std::span(received_).first(std::min(event.bytes, received_.size())), take);
     // What filled the memory may go on.
     if (event.bytes < received_.size()) reader_.end_transfer(take);
@@ -172,13 +172,13 @@ class GadgetLink final : public UsbGadgetLink {
     const bool request = frame.kind == FrameKind::request;
     if (!request || !answer_link_request(frame.payload, commands_, response).ok()) {
       const std::lock_guard lock(mutex_);
-      ++counters_.not_requests;
+      ++counters_.invalid_requests;
       return;
     }
     responses_.push_back(std::move(response));
     const bool too_many = responses_.size() > kMaxResponses;
     if (too_many) responses_.pop_front();
-    heard_ = {monotonic_now_ns()};
+    last_request_ = {monotonic_now_ns()};
     const std::lock_guard lock(mutex_);
     ++counters_.requests;
     if (too_many) ++counters_.responses_dropped;
@@ -240,7 +240,7 @@ class GadgetLink final : public UsbGadgetLink {
   FrameWriter writer_;
   std::vector<std::byte> received_, frame_;  ///< The port's while a transfer is under way.
   std::deque<std::vector<std::byte>> responses_;
-  std::optional<ProbeTime> heard_;
+  std::optional<ProbeTime> last_request_;
   ProbeTime resume_at_;
   bool enabled_ = false, suspended_ = false, sending_ = false, receiving_ = false;
 

@@ -6,7 +6,7 @@
 #include "tools/lightwell_calibrate/board_page.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/words.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -55,7 +55,7 @@ Result<Arguments> parse(std::span<char* const> words) {
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };
-  const Result<std::vector<Word>> all = words_of(words, kKnown, {"--json"});
+  const Result<std::vector<Argument>> all = parse_arguments(words, kKnown, {"--json"});
   if (!all) return all.status();
   Arguments out;
   bool spacing_given = false;

@@ -14,7 +14,7 @@ namespace lightwell::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using calibration::Sightings;
+using calibration::BoardObservations;
 
 Result<std::vector<std::string>> files_of(const std::vector<std::string>& paths) {
   std::vector<std::string> out;
@@ -60,10 +60,10 @@ Result<std::vector<TagBoard>> boards_of(const std::vector<std::string>& files) {
 
 }  // namespace
 
-Result<Sightings> read_sightings(const BoardPictures& in, const FirstLook* before, const Progress& progress) {
+Result<BoardObservations> read_board_observations(const BoardPictures& in, const FirstPass* before, const Progress& progress) {
   const Result<std::vector<TagBoard>> boards = boards_of(in.boards);
   if (!boards) return boards.status();
-  Sightings out;
+  BoardObservations out;
   TagDetectorOptions options;
   std::set<TagFamily> families;
   for (std::size_t b = 0; b < boards->size(); ++b) {
@@ -99,7 +99,7 @@ Result<Sightings> read_sightings(const BoardPictures& in, const FirstLook* befor
     std::string first;
     for (const std::string& file : files[lens]) {
       // Where every point was found, and found well, there is nothing to look for again.
-      if (before != nullptr && (!before->rectify[lens] || before->seen.pictures[done].sightings.size() == points)) {
+      if (before != nullptr && (!before->rectify[lens] || before->seen.pictures[done].observations.size() == points)) {
         if (first.empty()) out.lenses.push_back(before->seen.lenses[lens]);
         first = file;
         out.pictures.push_back(before->seen.pictures[done]);
@@ -137,7 +137,7 @@ Result<Sightings> read_sightings(const BoardPictures& in, const FirstLook* befor
           for (int k = 0; k < 4; ++k) {
             const PixelPosition& p = tag.corners[static_cast<std::size_t>(k)];
             if (p.x < 0 || p.y < 0 || p.x > image->width - 1 || p.y > image->height - 1) continue;
-            picture.sightings.push_back({static_cast<int>(b), 4 * (tag.id - (*boards)[b].first_id) + k, p});
+            picture.observations.push_back({static_cast<int>(b), 4 * (tag.id - (*boards)[b].first_id) + k, p});
           }
         }
       }

@@ -9,7 +9,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/geometry/sightings.hpp"
+#include "calibration/geometry/board_observations.hpp"
 #include "pose/tag_board.hpp"
 
 namespace lightwell::calibrate {
@@ -29,8 +29,8 @@ struct BoardPictures {
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
 /// What pictures showed without rectified views, and the lenses about as they are.
-struct FirstLook {
-  calibration::Sightings seen;
+struct FirstPass {
+  calibration::BoardObservations seen;
   std::vector<LensParameters> lenses;
   std::vector<bool> rectify;  ///< By lens, whether rectified views can show more.
 };
@@ -39,7 +39,7 @@ struct FirstLook {
 /// other. `before`, where given: tags at the edge of the picture are looked for in rectified views, in pictures that
 /// did not show every point of every board at once. Errors name the file: pictures of another size than the first
 /// one's, boards that share numbers.
-[[nodiscard]] Result<calibration::Sightings> read_sightings(const BoardPictures& in, const FirstLook* before,
+[[nodiscard]] Result<calibration::BoardObservations> read_board_observations(const BoardPictures& in, const FirstPass* before,
                                                             const Progress& progress);
 
 }  // namespace lightwell::calibrate

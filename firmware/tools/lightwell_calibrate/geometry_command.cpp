@@ -23,7 +23,7 @@
 #include "tools/lightwell_calibrate/geometry_report.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/words.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -84,7 +84,7 @@ int parse(CLI::App& app, std::span<char* const> arguments, bool& done) {
   return kDone;
 }
 
-Progress shown_progress(const char* what) {
+Progress print_progress(const char* what) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   return [what, terminal](std::size_t done, std::size_t of) {
     if (terminal)
@@ -116,8 +116,8 @@ RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes,
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
     const LensFit& lens = fit.lenses[k];
     // What was not seen is not known: without a word of the field it ends there.
-    const double half = field_rad > 0 ? field_rad / 2 : lens.seen_rad;
-    rig.lenses.push_back(guess(sizes[k], lens.model, std::min(half, lens.largest_rad)));
+    const double half = field_rad > 0 ? field_rad / 2 : lens.max_observed_angle_rad;
+    rig.lenses.push_back(guess(sizes[k], lens.model, std::min(half, lens.max_model_angle_rad)));
     // What the pictures were read with is what their values mean.
     rig.lenses[k].photometry.response.kind = ResponseCurve::Kind::srgb;
     if (before != nullptr && k < before->lenses.size()) rig.lenses[k].photometry = before->lenses[k].photometry;
@@ -146,16 +146,16 @@ std::string named(const std::vector<const char*>& names, const std::vector<doubl
 }
 
 std::string json_of(const LensFit& lens) {
-  const std::vector<double> numbers = numbers_of(lens.model);
+  const std::vector<double> numbers = parameters_of(lens.model);
   std::vector<double> sigmas;
   for (std::size_t i = 0; i < numbers.size(); ++i) sigmas.push_back(std::sqrt(lens.covariance[i * numbers.size() + i]));
-  const std::vector<const char*> names = names_of(lens.model);
+  const std::vector<const char*> names = parameter_names(lens.model);
   return "{\"model\": " + named(names, numbers) + ", \"sigma\": " + named(names, sigmas) +
-         ", \"seen_deg\": " + json_number(lens.seen_rad / kDegree) +
+         ", \"seen_deg\": " + json_number(lens.max_observed_angle_rad / kDegree) +
          ", \"direction_3_sigma_deg\": " + json_number(lens.direction_uncertainty_rad / kDegree) + "}";
 }
 
-std::string json_of(const GeometryFit& fit, const Sightings& seen, const char* response) {
+std::string json_of(const GeometryFit& fit, const BoardObservations& seen, const char* response) {
   std::string out = "{\"rms_px\": " + json_number(fit.bundle.rms_px) +
                     ", \"sigma_px\": " + json_number(fit.bundle.sigma_px) + ",\n \"lenses\": [";
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) out += (k > 0 ? ",\n  " : "\n  ") + json_of(fit.lenses[k]);
@@ -195,11 +195,11 @@ void print_words(const GeometryFit& fit) {
               fit.bundle.residuals.size(), fit.bundle.sigma_px);
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
     const LensFit& lens = fit.lenses[k];
-    const std::vector<double> numbers = numbers_of(lens.model);
+    const std::vector<double> numbers = parameters_of(lens.model);
     std::printf(
         "lens %zu: fx %.3f +- %.3f, fy %.3f +- %.3f px; seen to %.1f degrees; directions to %.4f degrees (3 sigma)\n",
         k, numbers[0], std::sqrt(lens.covariance[0]), numbers[1], std::sqrt(lens.covariance[numbers.size() + 1]),
-        lens.seen_rad / kDegree, lens.direction_uncertainty_rad / kDegree);
+        lens.max_observed_angle_rad / kDegree, lens.direction_uncertainty_rad / kDegree);
   }
   if (fit.lenses.size() > 1) {
     const std::vector<double>& c = fit.pair_covariance;
@@ -247,24 +247,24 @@ int geometry_command(std::span<char* const> arguments) {
   }
   in.pictures.lenses = {in.lens0};
   if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
-  Result<Sightings> seen = read_sightings(in.pictures, nullptr, shown_progress("looking for tags"));
+  Result<BoardObservations> seen = read_board_observations(in.pictures, nullptr, print_progress("looking for tags"));
   if (!seen) return fail("geometry", seen.status());
   GeometryOptions options;
   options.time_offset = offset;
   Result<GeometryFit> fit = calibrate_geometry(*seen, options);
   if (!fit) return fail("geometry", fit.status());
   // Once the lens is about known, tags at its edge can be looked for where they are straight.
-  FirstLook look;
+  FirstPass look;
   const double half = field_deg > 0 ? 0.5 * field_deg * kDegree : pi;
   for (std::size_t k = 0; k < fit->lenses.size(); ++k) {
     const LensSize& size = seen->lenses[k];
-    look.lenses.push_back(guess(size, fit->lenses[k].model, std::min(half, fit->lenses[k].largest_rad)));
+    look.lenses.push_back(guess(size, fit->lenses[k].model, std::min(half, fit->lenses[k].max_model_angle_rad)));
     look.rectify.push_back(
         !views_of(CameraModel(look.lenses[k]), size.width, size.height, TagDetectorOptions{}.rectify_beyond_rad)
              .empty());
   }
   look.seen = std::move(*seen);
-  seen = read_sightings(in.pictures, &look, shown_progress("looking again at the edges"));
+  seen = read_board_observations(in.pictures, &look, print_progress("looking again at the edges"));
   if (!seen) return fail("geometry", seen.status());
   options.kind = model == "mei"             ? LensKind::mei
                  : model == "double-sphere" ? LensKind::double_sphere
@@ -273,14 +273,14 @@ int geometry_command(std::span<char* const> arguments) {
   if (!fit) return fail("geometry", fit.status());
 
   for (const Picture& p : seen->pictures)
-    if (p.sightings.empty()) fit->notes.push_back(p.name + " shows no tag of a board");
+    if (p.observations.empty()) fit->notes.push_back(p.name + " shows no tag of a board");
   const RigParameters rig = rig_of(*fit, seen->lenses, field_deg * kDegree, before ? &*before : nullptr);
   if (const Status s = rig.validate(); !s.ok()) return fail("geometry", s);
   for (const std::string& note : fit->notes) std::cerr << "lightwell-calibrate geometry: " << note << "\n";
   for (std::size_t k = 0; k < rig.lenses.size(); ++k)
-    if (fit->lenses[k].seen_rad < 0.95 * rig.lenses[k].max_angle_rad)
+    if (fit->lenses[k].max_observed_angle_rad < 0.95 * rig.lenses[k].max_angle_rad)
       std::cerr << "lightwell-calibrate geometry: lens " << k << " saw boards up to "
-                << fit->lenses[k].seen_rad / kDegree << " degrees from its axis; beyond, up to "
+                << fit->lenses[k].max_observed_angle_rad / kDegree << " degrees from its axis; beyond, up to "
                 << rig.lenses[k].max_angle_rad / kDegree
                 << ", the model only continues: show the board nearer to the edge\n";
   if (const Status s = write_output(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
@@ -318,8 +318,8 @@ int coverage_command(std::span<char* const> arguments) {
   in.pictures.lenses = {in.lens0};
   if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
   for (;;) {
-    const Result<Sightings> seen = read_sightings(
-        in.pictures, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : shown_progress("looking for tags"));
+    const Result<BoardObservations> seen = read_board_observations(
+        in.pictures, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : print_progress("looking for tags"));
     if (!seen && !(watch && seen.status().code() == StatusCode::not_found)) return fail("coverage", seen.status());
     bool lacking = !seen.ok();
     if (seen) {
@@ -327,7 +327,7 @@ int coverage_command(std::span<char* const> arguments) {
       std::string json;
       for (int lens = 0; lens < static_cast<int>(seen->lenses.size()); ++lens) {
         all.push_back(coverage(*seen, lens, circle_px));
-        const std::vector<std::string> next = advice(all.back());
+        const std::vector<std::string> next = suggest_views(all.back());
         lacking = lacking || !next.empty();
         if (in.json) {
           json += (lens > 0 ? ", " : "") + std::string("{\"lens\": ") + std::to_string(lens) +

@@ -13,7 +13,7 @@ constexpr eval::Ink kFrame{60, 60, 60}, kPoint{60, 110, 190}, kMiss{200, 60, 40}
 
 }  // namespace
 
-Status draw_lenses(const calibration::Sightings& s, std::span<const calibration::Coverage> coverage,
+Status draw_lenses(const calibration::BoardObservations& s, std::span<const calibration::Coverage> coverage,
                    std::span<const calibration::Residual> residuals, const std::string& title,
                    const std::string& path) {
   eval::Chart chart;
@@ -23,13 +23,13 @@ Status draw_lenses(const calibration::Sightings& s, std::span<const calibration:
   for (std::size_t lens = 0; lens < s.lenses.size(); ++lens) {
     const calibration::LensSize& size = s.lenses[lens];
     const double scale = kPanel / size.width, left = kMargin + static_cast<double>(lens) * (kPanel + kMargin), top = 64;
-    const auto at = [&](double x, double y) { return eval::At{left + (x + 0.5) * scale, top + (y + 0.5) * scale}; };
+    const auto at = [&](double x, double y) { return eval::ChartPoint{left + (x + 0.5) * scale, top + (y + 0.5) * scale}; };
     const double right = left + kPanel, bottom = top + size.height * scale;
     lowest = std::max(lowest, bottom);
     const calibration::Coverage& c = coverage[lens];
     for (int row = 0; row < c.rows; ++row) {
       for (int column = 0; column < c.columns; ++column) {
-        if (!c.lacks(column, row)) continue;
+        if (!c.needs_views(column, row)) continue;
         // A cross, which shows in black and white, too.
         const double x0 = left + kPanel * column / c.columns, x1 = left + kPanel * (column + 1) / c.columns;
         const double y0 = top + (bottom - top) * row / c.rows, y1 = top + (bottom - top) * (row + 1) / c.rows;
@@ -42,7 +42,7 @@ Status draw_lenses(const calibration::Sightings& s, std::span<const calibration:
     std::size_t points = 0;
     for (const calibration::Picture& p : s.pictures) {
       if (static_cast<std::size_t>(p.lens) != lens) continue;
-      for (const calibration::Sighting& k : p.sightings) {
+      for (const calibration::PointObservation& k : p.observations) {
         chart.marks.push_back({at(k.pixel.x, k.pixel.y), 1.2, kPoint, true, false});
         ++points;
       }
@@ -50,7 +50,7 @@ Status draw_lenses(const calibration::Sightings& s, std::span<const calibration:
     for (const calibration::Residual& r : residuals) {
       const calibration::Picture& p = s.pictures[static_cast<std::size_t>(r.picture)];
       if (static_cast<std::size_t>(p.lens) != lens) continue;
-      const PixelPosition& from = p.sightings[static_cast<std::size_t>(r.sighting)].pixel;
+      const PixelPosition& from = p.observations[static_cast<std::size_t>(r.observation)].pixel;
       chart.strokes.push_back(
           {{at(from.x, from.y), at(from.x + kEnlarged * r.x_px, from.y + kEnlarged * r.y_px)}, kMiss, 0.8, false});
     }

@@ -13,7 +13,7 @@ namespace lightwell::calibrate {
 
 /// A panel a lens: cells that lack views in red, points, and residuals a hundred times enlarged. `residuals` may be
 /// empty. A .svg or a .png, by its name.
-[[nodiscard]] Status draw_lenses(const calibration::Sightings& sightings,
+[[nodiscard]] Status draw_lenses(const calibration::BoardObservations& observations,
                                  std::span<const calibration::Coverage> coverage,
                                  std::span<const calibration::Residual> residuals, const std::string& title,
                                  const std::string& path);

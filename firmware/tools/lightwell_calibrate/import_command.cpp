@@ -11,7 +11,7 @@
 #include "calibration/import/import.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/words.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -80,8 +80,8 @@ Status take(const std::string& option, const std::string& value, Arguments& out)
 }
 
 Result<Arguments> parse(std::span<char* const> arguments) {
-  const Result<std::vector<Word>> words =
-      words_of(arguments, {"--output", "--kind", "--camera", "--max-angle-deg"}, {"--json"});
+  const Result<std::vector<Argument>> words =
+      parse_arguments(arguments, {"--output", "--kind", "--camera", "--max-angle-deg"}, {"--json"});
   if (!words) return words.status();
   Arguments out;
   for (const auto& [option, value] : *words) {

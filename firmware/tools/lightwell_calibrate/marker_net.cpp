@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMm = 1000;
 /// A tab's depth as a share of its edge, and at most this many mm.
-constexpr double kTabShare = 0.16, kDeepestTab = 7;
+constexpr double kTabShare = 0.16, kMaxTabDepth_mm = 7;
 /// Between pieces of a page, mm.
 constexpr double kGap = 4;
 /// What is less deep is rounding, mm.
@@ -57,10 +57,10 @@ bool overlap(const Outline& p, const Outline& q) {
 }
 
 /// A face and the one that it hangs on; of the first both are the same.
-struct Hung {
+struct NetFaceLink {
   std::size_t face = 0, from = 0;
 };
-using Tree = std::vector<Hung>;
+using Tree = std::vector<NetFaceLink>;
 
 struct Piece {
   std::vector<NetFace> faces;
@@ -107,7 +107,7 @@ class Unfolding {
 
   [[nodiscard]] Piece unfold(const Tree& tree, double turn_rad, std::vector<bool>& folded) const {
     Piece out;
-    for (const Hung& hung : tree) {
+    for (const NetFaceLink& hung : tree) {
       if (out.faces.empty()) {
         out.faces.push_back({hung.face, {0, 0}, turn_rad});
         out.box.hold(outline_of(out.faces.back()));
@@ -151,7 +151,7 @@ class Unfolding {
           std::find_if(piece.faces.begin(), piece.faces.end(), [&](const NetFace& f) { return f.face == on; });
       if (placed == piece.faces.end()) continue;
       const auto [from, to] = edge_of(*placed, edge);
-      const double length = std::hypot(to.x - from.x, to.y - from.y), deep = std::min(kDeepestTab, kTabShare * length);
+      const double length = std::hypot(to.x - from.x, to.y - from.y), deep = std::min(kMaxTabDepth_mm, kTabShare * length);
       const double ux = (to.x - from.x) / length, uy = (to.y - from.y) / length;
       // An outline is counter-clockwise as one looks at it: outside is to the right, in an y that grows downwards (-uy,
       // ux).
@@ -221,7 +221,7 @@ Tree tree_over(const std::vector<std::size_t>& allowed, const std::vector<Shared
       const auto joins = [&](const SharedEdge& e) {
         return (e.a == out[done].face && e.b == face) || (e.b == out[done].face && e.a == face);
       };
-      const bool reached = std::any_of(out.begin(), out.end(), [&](const Hung& h) { return h.face == face; });
+      const bool reached = std::any_of(out.begin(), out.end(), [&](const NetFaceLink& h) { return h.face == face; });
       if (!reached && std::any_of(edges.begin(), edges.end(), joins)) out.push_back({face, out[done].face});
     }
   return out.size() == allowed.size() ? out : Tree();

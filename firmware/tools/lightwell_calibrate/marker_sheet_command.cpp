@@ -14,7 +14,7 @@
 #include "tools/lightwell_calibrate/marker_net.hpp"
 #include "tools/lightwell_calibrate/marker_sheet_page.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/words.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -98,7 +98,7 @@ Result<Arguments> parse(std::span<char* const> words) {
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };
-  const Result<std::vector<Word>> all = words_of(words, kKnown, {"--json"});
+  const Result<std::vector<Argument>> all = parse_arguments(words, kKnown, {"--json"});
   if (!all) return all.status();
   Arguments out;
   for (const auto& [option, value] : *all) {

@@ -16,8 +16,8 @@
 #include "tools/lightwell_calibrate/grey_image.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/room_tags.hpp"
-#include "tools/lightwell_calibrate/words.hpp"
+#include "tools/lightwell_calibrate/world_tags.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -74,7 +74,7 @@ Result<Arguments> parse(std::span<char* const> words) {
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };
-  const Result<std::vector<Word>> all = words_of(words, kKnown, {"--json"});
+  const Result<std::vector<Argument>> all = parse_arguments(words, kKnown, {"--json"});
   if (!all) return all.status();
   Arguments out;
   int lens = 0;
@@ -141,24 +141,24 @@ Result<Arguments> parse(std::span<char* const> words) {
   return out;
 }
 
-Result<std::vector<TagInRoom>> room_of(const Arguments& arguments) {
-  std::vector<TagInRoom> room;
+Result<std::vector<WorldTag>> room_of(const Arguments& arguments) {
+  std::vector<WorldTag> room;
   if (!arguments.tags.empty()) {
-    Result<std::vector<TagInRoom>> tags = load_room_tags(arguments.tags);
+    Result<std::vector<WorldTag>> tags = load_world_tags(arguments.tags);
     if (!tags) return tags.status();
     room = std::move(*tags);
   }
   if (!arguments.board.empty()) {
     const Result<TagBoard> board = load_tag_board(arguments.board);
     if (!board) return board.status();
-    const std::vector<TagInRoom> tags = tags_of(*board, *arguments.board_pose);
+    const std::vector<WorldTag> tags = tags_of(*board, *arguments.board_pose);
     room.insert(room.end(), tags.begin(), tags.end());
   }
   return room;
 }
 
-Result<std::vector<SeenTag>> tags_in(const PictureArgument& picture, const RigParameters& rig,
-                                     const std::vector<TagInRoom>& room) {
+Result<std::vector<TagObservation>> tags_in(const PictureArgument& picture, const RigParameters& rig,
+                                     const std::vector<WorldTag>& room) {
   const auto wrong = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, picture.path + ": " + what);
   };
@@ -174,7 +174,7 @@ Result<std::vector<SeenTag>> tags_in(const PictureArgument& picture, const RigPa
                  std::to_string(lens.height));
   TagDetectorOptions options;
   options.families.clear();
-  for (const TagInRoom& tag : room)
+  for (const WorldTag& tag : room)
     if (std::find(options.families.begin(), options.families.end(), tag.family) == options.families.end())
       options.families.push_back(tag.family);
   options.linear = linear_table(lens.photometry, 256);
@@ -183,7 +183,7 @@ Result<std::vector<SeenTag>> tags_in(const PictureArgument& picture, const RigPa
   const CameraModel model(lens);
   const Result<std::vector<TagDetection>> tags = detector->detect(image->view(), &model);
   if (!tags) return tags.status();
-  std::vector<SeenTag> out;
+  std::vector<TagObservation> out;
   for (const TagDetection& tag : *tags) out.push_back({picture.lens, tag});
   return out;
 }
@@ -192,11 +192,11 @@ Result<Mounting> mounting_of(const Arguments& arguments) {
   if (arguments.pictures.empty()) return gravity_mounting(*arguments.gravity);
   const Result<RigParameters> rig = load_calibration(arguments.calibration);
   if (!rig) return rig.status();
-  const Result<std::vector<TagInRoom>> room = room_of(arguments);
+  const Result<std::vector<WorldTag>> room = room_of(arguments);
   if (!room) return room.status();
-  std::vector<SeenTag> seen;
+  std::vector<TagObservation> seen;
   for (const PictureArgument& picture : arguments.pictures) {
-    const Result<std::vector<SeenTag>> tags = tags_in(picture, *rig, *room);
+    const Result<std::vector<TagObservation>> tags = tags_in(picture, *rig, *room);
     if (!tags) return tags.status();
     seen.insert(seen.end(), tags->begin(), tags->end());
   }
@@ -225,7 +225,7 @@ std::string to_json(const Mounting& m) {
   out +=
       ",\n \"rms_px\": " + json_number(m.rms_px) + ", \"chi_square\": " + json_number(m.chi_square) + ",\n \"tags\": [";
   for (std::size_t i = 0; i < m.tags.size(); ++i) {
-    const TagUse& t = m.tags[i];
+    const TagReport& t = m.tags[i];
     out += std::string(i ? "," : "") + "\n  {\"lens\": " + std::to_string(t.lens) +
            ", \"family\": " + json_string(to_string(t.family)) + ", \"id\": " + std::to_string(t.id) +
            ", \"rms_px\": " + json_number(t.rms_px) + ", \"used\": " + flag(t.used) +
@@ -246,7 +246,7 @@ void print_summary(const Mounting& m) {
   std::cout << "it looks along (" << ahead.x << ", " << ahead.y << ", " << ahead.z << "), its up is (" << up.x << ", "
             << up.y << ", " << up.z << "); turns about the world's axes +- (" << sigma(0) / kDegree << ", "
             << sigma(1) / kDegree << ", " << sigma(2) / kDegree << ") deg\n";
-  for (const TagUse& t : m.tags)
+  for (const TagReport& t : m.tags)
     std::cout << to_string(t.family) << " " << t.id << " in lens " << t.lens << ": "
               << (t.used ? "off by " + json_number(std::round(1000 * t.rms_px) / 1000) + " px"
                          : "left out: " + t.left_out)

@@ -146,10 +146,10 @@ std::string page_to_svg(const Page& page) {
 }
 
 Status write_page_png(const Page& page, double dots_per_inch, const std::string& path) {
-  constexpr double kMostPixels = 64e6;
+  constexpr double kMaxPixels = 64e6;
   const double scale = dots_per_inch / 25.4;
   const double wide = std::round(page.width * scale), high = std::round(page.height * scale);
-  if (!(wide >= 1 && high >= 1 && wide * high <= kMostPixels))
+  if (!(wide >= 1 && high >= 1 && wide * high <= kMaxPixels))
     return {StatusCode::resource_exhausted, path + ": " + number(dots_per_inch) + " dots an inch make " + number(wide) +
                                                 "x" + number(high) + " pixels; at most 64 megapixels are written"};
   const int width = static_cast<int>(wide), height = static_cast<int>(high);

@@ -12,7 +12,7 @@
 #include "tools/lightwell_calibrate/photometry_print.hpp"
 #include "tools/lightwell_calibrate/photometry_report.hpp"
 #include "tools/lightwell_calibrate/photometry_steps.hpp"
-#include "tools/lightwell_calibrate/words.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -106,9 +106,9 @@ int photometry_command(std::span<char* const> arguments) {
   if (in.grey.empty() && (*of_nits || *of_lux || *xy || *seconds || *gain))
     return usage("--nits, --lux and --grey-... speak of a patch; give it with --grey");
   if (*xy) {
-    std::array<double, 2> numbers_of{};
-    if (!numbers(grey_xy, numbers_of)) return usage("--grey-xy '" + grey_xy + "' is not x,y");
-    in.grey_xy = numbers_of;
+    std::array<double, 2> parameters_of{};
+    if (!numbers(grey_xy, parameters_of)) return usage("--grey-xy '" + grey_xy + "' is not x,y");
+    in.grey_xy = parameters_of;
   }
   if (*of_nits && *of_lux) return usage("give either --nits or --lux");
   if (bool(*of_lux) != bool(*albedo)) return usage("--lux and --albedo go together");

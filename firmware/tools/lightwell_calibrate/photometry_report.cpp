@@ -14,7 +14,7 @@ namespace lightwell::calibrate {
 namespace {
 
 using eval::Anchor;
-using eval::At;
+using eval::ChartPoint;
 using eval::Chart;
 using eval::Ink;
 
@@ -77,7 +77,7 @@ class Panel {
       stroke.points.push_back(at(x, std::clamp(f(x), 0.0, y_end_)));
     }
     if (dashed) {  // A dash needs a stretch as long as itself.
-      std::vector<At> some;
+      std::vector<ChartPoint> some;
       for (std::size_t i = 0; i < stroke.points.size(); i += 10) some.push_back(stroke.points[i]);
       stroke.points = some;
       stroke.dashed = true;
@@ -89,7 +89,7 @@ class Panel {
   }
 
  private:
-  [[nodiscard]] At at(double x, double y) const {
+  [[nodiscard]] ChartPoint at(double x, double y) const {
     return {left_ + kPanel * x / x_end_, kTop + kPanel * (1 - y / y_end_)};
   }
 
@@ -125,17 +125,17 @@ void draw_vignetting(const PhotometryRun& run, const LensParameters& lens, Chart
   const photometry::VignettingEstimate& v = *run.vignetting;
   for (const double side : {-3.0, 3.0})
     panel.curve([&](double d) { return curve(d) + side * vignetting_deviation(v, d * kDegree); }, kCurve, true);
-  for (std::size_t k = 0; k < run.sightings.size(); ++k) {
-    const double y = run.sightings[k].value / v.level, x = run.sightings[k].angle_rad / kDegree;
+  for (std::size_t k = 0; k < run.observations.size(); ++k) {
+    const double y = run.observations[k].value / v.level, x = run.observations[k].angle_rad / kDegree;
     if (v.weight[k] > 0)
-      panel.level(x, y, run.sightings[k].deviation / v.level);
+      panel.level(x, y, run.observations[k].deviation / v.level);
     else
       panel.point(x, y, false);
   }
   panel.line_of_words(0, text("v1 %.4f", v.vignetting[0]) + text(", v2 %.4f", v.vignetting[1]) +
                              text(", v3 %.4f", v.vignetting[2]) +
                              text("; typical difference %.2f %%", 100 * v.residual));
-  panel.line_of_words(1, "dashed: three deviations; " + std::to_string(run.sightings.size()) + " sightings, " +
+  panel.line_of_words(1, "dashed: three deviations; " + std::to_string(run.observations.size()) + " sightings, " +
                              std::to_string(v.outliers) + " disagree");
 }
 

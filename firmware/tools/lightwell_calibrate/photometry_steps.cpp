@@ -89,7 +89,7 @@ class Steps {
 
   /// One curve is kept for all channels: says so where they differ.
   void compare_channels(const photometry::ResponseSamples& samples, const photometry::ResponseEstimate& common) {
-    constexpr double kNotable = 0.01;
+    constexpr double kMinReportedChange = 0.01;
     for (int c = 0; c < 3; ++c) {
       photometry::ResponseOptions options;
       options.channel = c;
@@ -100,7 +100,7 @@ class Steps {
         const double v = dark_value_ + (1 - dark_value_) * i / 64;
         largest = std::max(largest, std::abs(photometry::free_curve(*own, v) - photometry::free_curve(common, v)));
       }
-      if (largest > kNotable)
+      if (largest > kMinReportedChange)
         run_.notes.push_back(std::string("response: ") +
                              (c == 0   ? "red"
                               : c == 1 ? "green"
@@ -168,11 +168,11 @@ class Steps {
       }
       const Result<Picture> picture = read_picture(p.path, kind_);
       if (!picture) return picture.status();
-      const Result<photometry::LampSighting> seen = finder->find(*picture, p.exposure_s * p.gain, angle, p.path);
+      const Result<photometry::LampObservation> seen = finder->find(*picture, p.exposure_s * p.gain, angle, p.path);
       if (!seen) return seen.status();
-      run_.sightings.push_back(*seen);
+      run_.observations.push_back(*seen);
     }
-    Result<photometry::VignettingEstimate> found = photometry::solve_vignetting(run_.sightings, lens_.max_angle_rad);
+    Result<photometry::VignettingEstimate> found = photometry::solve_vignetting(run_.observations, lens_.max_angle_rad);
     if (!found) return found.status();
     photometry().vignetting = found->vignetting;
     run_.vignetting = std::move(*found);

@@ -40,7 +40,7 @@ struct PhotometryRun {
   std::optional<photometry::DarkEstimate> dark;
   std::vector<photometry::NoiseLevel> levels;
   std::optional<photometry::NoiseEstimate> noise;
-  std::vector<photometry::LampSighting> sightings;
+  std::vector<photometry::LampObservation> observations;
   std::optional<photometry::VignettingEstimate> vignetting;
   std::optional<photometry::WhiteBalance> white_balance;
   std::optional<photometry::AbsoluteScale> scale;

@@ -68,7 +68,7 @@ Radiance discs(const Descriptor& d, Vec3d direction) {
 
 }  // namespace
 
-BallPictures ball_pictures(const Truth& truth) {
+BallPictures ball_pictures(const GroundTruth& truth) {
   return pictures([&](Vec3d n) { return truth.irradiance(n); },
                   [&](Vec3d d) { return truth.radiance(d, kSilverRoughness); },
                   [&](Vec3d d) { return truth.radiance(d, 0); });

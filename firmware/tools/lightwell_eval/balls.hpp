@@ -7,7 +7,7 @@
 
 #include <lightwell/descriptor.hpp>
 
-#include "tools/lightwell_eval/truth.hpp"
+#include "tools/lightwell_eval/ground_truth.hpp"
 
 namespace lightwell::eval {
 
@@ -17,7 +17,7 @@ inline constexpr std::size_t kBalls = 3;
 /// Pictures of the balls from the front, from infinitely far, albedo 1: radiance of each pixel on the ball.
 using BallPictures = std::array<std::vector<Color>, kBalls>;
 
-[[nodiscard]] BallPictures ball_pictures(const Truth& truth);
+[[nodiscard]] BallPictures ball_pictures(const GroundTruth& truth);
 /// Lights are discs in the mirror. `descriptor` may carry a whole environment map, which then stands for the harmonics
 /// in reflections.
 [[nodiscard]] BallPictures ball_pictures(const Descriptor& descriptor);

@@ -2,21 +2,21 @@
 
 namespace lightwell::eval {
 
-std::string_view to_string(Knob knob) {
-  switch (knob) {
-    case Knob::setting:
+std::string_view to_string(SweepParameter parameter) {
+  switch (parameter) {
+    case SweepParameter::setting:
       return "setting";
-    case Knob::block:
+    case SweepParameter::block:
       return "block";
-    case Knob::band:
+    case SweepParameter::band:
       return "band";
-    case Knob::lights:
+    case SweepParameter::lights:
       return "lights";
-    case Knob::epsilon:
+    case SweepParameter::epsilon:
       return "epsilon";
-    case Knob::map:
+    case SweepParameter::map:
       return "map";
-    case Knob::sensor:
+    case SweepParameter::sensor:
       return "sensor";
   }
   return "unknown";
@@ -24,16 +24,16 @@ std::string_view to_string(Knob knob) {
 
 std::vector<Case> all_cases() {
   std::vector<Case> out;
-  const auto add = [&](std::string label, Knob knob) -> Case& {
+  const auto add = [&](std::string label, SweepParameter parameter) -> Case& {
     Case& c = out.emplace_back();
     c.label = std::move(label);
-    c.knob = knob;
+    c.parameter = parameter;
     return c;
   };
   for (const int width : {640, 320, 1280}) {
     for (const Setting setting : kSettings) {
       Case& c =
-          add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)), Knob::setting);
+          add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)), SweepParameter::setting);
       c.width = width;
       c.height = width * 3 / 4;
       c.config.setting = setting;
@@ -42,23 +42,23 @@ std::vector<Case> all_cases() {
   }
   // With all bands and lights, so that what blocks cost is not hidden behind what is left out of the message.
   for (const int edge : {2, 4, 8, 16}) {
-    Case& c = add("block " + std::to_string(edge) + ", eps 0", Knob::block);
+    Case& c = add("block " + std::to_string(edge) + ", eps 0", SweepParameter::block);
     c.block_edge = edge;
     c.config.panorama.epsilon = 0;
   }
-  for (const int band : {0, 1, 2, 4}) add("band " + std::to_string(band), Knob::band).config.band = band;
+  for (const int band : {0, 1, 2, 4}) add("band " + std::to_string(band), SweepParameter::band).config.band = band;
   for (const int lights : {0, 1, 4, 64})
-    add("lights " + std::to_string(lights), Knob::lights).config.max_lights = lights;
+    add("lights " + std::to_string(lights), SweepParameter::lights).config.max_lights = lights;
   for (const double percent : {0.2, 0.5, 2.0, 5.0}) {
     std::string text = std::to_string(percent);
     text.resize(3);
-    add("eps " + text + " %", Knob::epsilon).config.panorama.epsilon = percent / 100;
+    add("eps " + text + " %", SweepParameter::epsilon).config.panorama.epsilon = percent / 100;
   }
   for (const int edge : {8, 16, 32, 64})
-    add("map " + std::to_string(edge), Knob::map).config.panorama.environment_edge = edge;
+    add("map " + std::to_string(edge), SweepParameter::map).config.panorama.environment_edge = edge;
   for (const int exposures : {1, 3}) {
     for (const Setting setting : kSettings) {
-      Case& c = add("8 bit x" + std::to_string(exposures) + " " + std::string(to_string(setting)), Knob::sensor);
+      Case& c = add("8 bit x" + std::to_string(exposures) + " " + std::string(to_string(setting)), SweepParameter::sensor);
       c.sensor = Sensor::eight_bit;
       c.exposures = exposures;
       c.config.setting = setting;

@@ -10,8 +10,8 @@
 namespace lightwell::eval {
 
 /// What one row of the table varies; a colour in the picture.
-enum class Knob { setting, block, band, lights, epsilon, map, sensor };
-[[nodiscard]] std::string_view to_string(Knob knob);
+enum class SweepParameter { setting, block, band, lights, epsilon, map, sensor };
+[[nodiscard]] std::string_view to_string(SweepParameter parameter);
 
 /// What the error is measured through. Time is always that of rgb8 pictures.
 enum class Sensor {
@@ -21,7 +21,7 @@ enum class Sensor {
 
 struct Case {
   std::string label;
-  Knob knob = Knob::setting;
+  SweepParameter parameter = SweepParameter::setting;
   int width = 640, height = 480;  ///< Of each picture of the pair.
   Sensor sensor = Sensor::ideal;
   int exposures = 1;

@@ -17,37 +17,37 @@ constexpr double kWidth = 1500, kTop = 120;
 constexpr const char* kError = "error of the irradiance, RMS %, median of the scenes";
 
 /// Colours that differ for the colour-blind too (Okabe & Ito).
-Ink ink_of(Knob knob) {
-  switch (knob) {
-    case Knob::setting:
+Ink ink_of(SweepParameter parameter) {
+  switch (parameter) {
+    case SweepParameter::setting:
       return {20, 20, 20};
-    case Knob::block:
+    case SweepParameter::block:
       return {0, 114, 178};
-    case Knob::band:
+    case SweepParameter::band:
       return {213, 94, 0};
-    case Knob::lights:
+    case SweepParameter::lights:
       return {0, 158, 115};
-    case Knob::epsilon:
+    case SweepParameter::epsilon:
       return {180, 60, 140};
-    case Knob::map:
+    case SweepParameter::map:
       return {150, 110, 0};
-    case Knob::sensor:
+    case SweepParameter::sensor:
       return {70, 130, 180};
   }
   return kBlack;
 }
 
-Ink ink_of(MarkerKnob knob) {
-  switch (knob) {
-    case MarkerKnob::setting:
+Ink ink_of(MarkerSweepParameter parameter) {
+  switch (parameter) {
+    case MarkerSweepParameter::setting:
       return {20, 20, 20};
-    case MarkerKnob::decimation:
+    case MarkerSweepParameter::decimation:
       return {0, 114, 178};
-    case MarkerKnob::search:
+    case MarkerSweepParameter::search:
       return {180, 60, 140};
-    case MarkerKnob::faces:
+    case MarkerSweepParameter::faces:
       return {213, 94, 0};
-    case MarkerKnob::order:
+    case MarkerSweepParameter::order:
       return {0, 158, 115};
   }
   return kBlack;
@@ -65,7 +65,7 @@ std::vector<PanelPoint> points_of(std::span<const Row> rows, Sensor sensor,
     while (rivals < cameras.size() && !cameras[rivals]->rivals(c)) ++rivals;
     if (rivals == cameras.size()) cameras.push_back(&c);
     const bool usual = c.width == 640;
-    out.push_back({c.label, cost(row), 100 * row.rms, ink_of(c.knob), static_cast<int>(rivals),
+    out.push_back({c.label, cost(row), 100 * row.rms, ink_of(c.parameter), static_cast<int>(rivals),
                    sensor == Sensor::ideal && usual, c.named, c.named && usual, row.on_front,
                    sensor == Sensor::eight_bit});
   }
@@ -74,15 +74,15 @@ std::vector<PanelPoint> points_of(std::span<const Row> rows, Sensor sensor,
 
 void legend(Chart& chart) {
   std::vector<LegendEntry> entries;
-  for (const auto& [knob, text] :
-       std::initializer_list<std::pair<Knob, const char*>>{{Knob::setting, "named settings (@ width)"},
-                                                           {Knob::block, "block size"},
-                                                           {Knob::band, "band limit"},
-                                                           {Knob::lights, "most lights"},
-                                                           {Knob::epsilon, "epsilon"},
-                                                           {Knob::map, "environment map"},
-                                                           {Knob::sensor, "8-bit sensor"}})
-    entries.push_back({text, ink_of(knob), knob == Knob::sensor});
+  for (const auto& [parameter, text] :
+       std::initializer_list<std::pair<SweepParameter, const char*>>{{SweepParameter::setting, "named settings (@ width)"},
+                                                           {SweepParameter::block, "block size"},
+                                                           {SweepParameter::band, "band limit"},
+                                                           {SweepParameter::lights, "most lights"},
+                                                           {SweepParameter::epsilon, "epsilon"},
+                                                           {SweepParameter::map, "environment map"},
+                                                           {SweepParameter::sensor, "8-bit sensor"}})
+    entries.push_back({text, ink_of(parameter), parameter == SweepParameter::sensor});
   const double end = draw_legend(entries, {kPanelLeft, 99}, chart);
   chart.words.push_back({"filled: on the front", {end, 99}, 13.5, kGrey});
 }
@@ -92,8 +92,8 @@ void draw_marker(std::span<const MarkerRow> rows, Chart& chart) {
   std::vector<PanelPoint> points;
   for (const MarkerRow& row : rows) {
     if (!row.ms || !row.rms) continue;
-    const bool named = row.knob == MarkerKnob::setting;
-    points.push_back({row.what, *row.ms, 100 * *row.rms, ink_of(row.knob), 0, true, named, named, row.on_front, true});
+    const bool named = row.parameter == MarkerSweepParameter::setting;
+    points.push_back({row.what, *row.ms, 100 * *row.rms, ink_of(row.parameter), 0, true, named, named, row.on_front, true});
   }
   if (points.empty()) return;
   // Of cases that came to the same, the default's mark is to be seen.
@@ -106,13 +106,13 @@ void draw_marker(std::span<const MarkerRow> rows, Chart& chart) {
               "error of the irradiance, RMS %, median of the frames",
               620,
               {}};
-  for (const auto& [knob, text] :
-       std::initializer_list<std::pair<MarkerKnob, const char*>>{{MarkerKnob::setting, "default"},
-                                                                 {MarkerKnob::decimation, "decimation, followed"},
-                                                                 {MarkerKnob::search, "decimation, searched"},
-                                                                 {MarkerKnob::faces, "most faces"},
-                                                                 {MarkerKnob::order, "most lamps; the table"}})
-    panel.legend.push_back({text, ink_of(knob), true});
+  for (const auto& [parameter, text] :
+       std::initializer_list<std::pair<MarkerSweepParameter, const char*>>{{MarkerSweepParameter::setting, "default"},
+                                                                 {MarkerSweepParameter::decimation, "decimation, followed"},
+                                                                 {MarkerSweepParameter::search, "decimation, searched"},
+                                                                 {MarkerSweepParameter::faces, "most faces"},
+                                                                 {MarkerSweepParameter::order, "most lamps; the table"}})
+    panel.legend.push_back({text, ink_of(parameter), true});
   draw_panel(panel, points, chart);
 }
 

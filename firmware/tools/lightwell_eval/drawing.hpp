@@ -9,7 +9,7 @@
 namespace lightwell::eval {
 
 /// Pixels; y grows downwards.
-struct At {
+struct ChartPoint {
   double x = 0, y = 0;
 };
 
@@ -24,14 +24,14 @@ struct Ink {
 enum class Anchor { start, middle, end };
 
 struct Stroke {
-  std::vector<At> points;
+  std::vector<ChartPoint> points;
   Ink ink;
   double width = 1;
   bool dashed = false;
 };
 
 struct Mark {
-  At at;
+  ChartPoint at;
   double radius = 5;
   Ink ink;
   bool filled = true;
@@ -40,7 +40,7 @@ struct Mark {
 
 struct Words {
   std::string text;  ///< ASCII.
-  At at;             ///< On the baseline, where `anchor` says.
+  ChartPoint at;             ///< On the baseline, where `anchor` says.
   double size = 14;  ///< Of the letters' em.
   Ink ink;
   Anchor anchor = Anchor::start;

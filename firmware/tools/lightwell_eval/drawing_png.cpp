@@ -21,14 +21,14 @@ constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double kFontCapital = 21, kCapital = 0.72;
 
 cv::Scalar color(Ink ink) { return cv::Scalar(ink.b, ink.g, ink.r); }
-cv::Point point(At at) {
+cv::Point point(ChartPoint at) {
   return {static_cast<int>(std::lround(at.x * kTimes)), static_cast<int>(std::lround(at.y * kTimes))};
 }
 int thick(double width) { return std::max(1, static_cast<int>(std::lround(width * kTimes))); }
 
 void draw(const Stroke& s, cv::Mat& picture) {
   for (std::size_t i = 0; i + 1 < s.points.size(); ++i) {
-    const At a = s.points[i], b = s.points[i + 1];
+    const ChartPoint a = s.points[i], b = s.points[i + 1];
     if (!s.dashed) {
       cv::line(picture, point(a), point(b), color(s.ink), thick(s.width), cv::LINE_AA);
       continue;
@@ -94,7 +94,7 @@ Status write_png(const Chart& chart, const std::string& path) {
     cv::resize(picture, out, {}, kFinal / kTimes, kFinal / kTimes, cv::INTER_AREA);
     std::vector<unsigned char> png;
     if (cv::imencode(".png", out, png))
-      return write_atomically(path, {reinterpret_cast<const char*>(png.data()), png.size()}, Readers::umask);
+      return write_atomically(path, {reinterpret_cast<const char*>(png.data()), png.size()}, FileMode::umask);
   } catch (const cv::Exception& e) {
     return {StatusCode::data_loss, "cannot write " + path + ": " + e.what()};
   }

@@ -57,7 +57,7 @@ Status write_svg(const Chart& chart, const std::string& path) {
   for (const Stroke& s : chart.strokes) {
     out << "<polyline fill=\"none\" stroke=\"" << color(s.ink) << "\" stroke-width=\"" << number(s.width) << "\""
         << (s.dashed ? " stroke-dasharray=\"6 5\"" : "") << " points=\"";
-    for (const At& p : s.points) out << number(p.x) << "," << number(p.y) << " ";
+    for (const ChartPoint& p : s.points) out << number(p.x) << "," << number(p.y) << " ";
     out << "\"/>\n";
   }
   for (const Mark& m : chart.marks) {
@@ -81,7 +81,7 @@ Status write_svg(const Chart& chart, const std::string& path) {
     out << ">" << escaped(w.text) << "</text>\n";
   }
   out << "</svg>\n";
-  return write_atomically(path, out.str(), Readers::umask);
+  return write_atomically(path, out.str(), FileMode::umask);
 }
 
 }  // namespace lightwell::eval

@@ -20,10 +20,10 @@ bool clearly_quicker(const Row& a, const Row& b) {
 
 bool clearly_better(const Row& a, const Row& b) {
   return clearly_quicker(a, b) || clearly_less(a.bytes, b.bytes, kClearBytes) ||
-         clearly_less(a.rms, b.rms, kClearError) || clearly_less(a.promised(), b.promised(), kClearError);
+         clearly_less(a.rms, b.rms, kClearError) || clearly_less(a.bound_or_infinity(), b.bound_or_infinity(), kClearError);
 }
 
-bool beats(const Row& a, const Row& b) { return clearly_better(a, b) && !clearly_better(b, a); }
+bool dominates(const Row& a, const Row& b) { return clearly_better(a, b) && !clearly_better(b, a); }
 
 }  // namespace
 
@@ -72,7 +72,7 @@ void summarise(Row& row, double memcpy_seconds) {
 void mark_front(std::span<Row> rows) {
   for (Row& b : rows)
     b.on_front =
-        std::none_of(rows.begin(), rows.end(), [&](const Row& a) { return a.setup.rivals(b.setup) && beats(a, b); });
+        std::none_of(rows.begin(), rows.end(), [&](const Row& a) { return a.setup.rivals(b.setup) && dominates(a, b); });
 }
 
 }  // namespace lightwell::eval

@@ -27,7 +27,7 @@ struct Row {
   bool on_front = false;  ///< Among the case's rivals.
 
   /// The bound; infinite where half of the scenes or more have none.
-  [[nodiscard]] double promised() const {
+  [[nodiscard]] double bound_or_infinity() const {
     return unbounded_share < 0.5 ? bound : std::numeric_limits<double>::infinity();
   }
 };

@@ -20,23 +20,23 @@ double overlap(const Box& a, const Box& b) {
 
 Box grown(const Box& b, double by) { return {b.x - by, b.y - by, b.width + 2 * by, b.height + 2 * by}; }
 
-At nearest_in(const Box& b, At p) {
+ChartPoint nearest_in(const Box& b, ChartPoint p) {
   return {std::clamp(p.x, b.x, b.x + b.width), std::clamp(p.y, b.y, b.y + b.height)};
 }
 
-double turn(At a, At b, At c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+double turn(ChartPoint a, ChartPoint b, ChartPoint c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
-bool cross(At a, At b, At c, At d) {
+bool cross(ChartPoint a, ChartPoint b, ChartPoint c, ChartPoint d) {
   return (turn(a, b, c) > 0) != (turn(a, b, d) > 0) && (turn(c, d, a) > 0) != (turn(c, d, b) > 0);
 }
 
-bool crosses(At a, At b, const Box& box) {
-  const At p{box.x, box.y}, q{box.x + box.width, box.y}, r{box.x + box.width, box.y + box.height},
+bool crosses(ChartPoint a, ChartPoint b, const Box& box) {
+  const ChartPoint p{box.x, box.y}, q{box.x + box.width, box.y}, r{box.x + box.width, box.y + box.height},
       s{box.x, box.y + box.height};
   return cross(a, b, p, q) || cross(a, b, q, r) || cross(a, b, r, s) || cross(a, b, s, p);
 }
 
-double distance(At p, At a, At b) {
+double distance(ChartPoint p, ChartPoint a, ChartPoint b) {
   const double length2 = (b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y);
   const double t =
       length2 > 0 ? std::clamp(((p.x - a.x) * (b.x - a.x) + (p.y - a.y) * (b.y - a.y)) / length2, 0.0, 1.0) : 0;
@@ -48,7 +48,7 @@ class Placer {
   Placer(std::span<const Label> labels, const Box& room, std::span<const Stroke> curves)
       : labels_(labels), room_(room), curves_(curves), placed_(labels.size()), done_(labels.size()) {}
 
-  std::vector<Placed> run() {
+  std::vector<LabelPlacement> run() {
     std::vector<std::size_t> order(labels_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     // Who stands in a crowd has the fewest places to choose from.
@@ -70,7 +70,7 @@ class Placer {
     for (const std::string& line : label.lines) width = std::max(width, width_of(line, label.size, label.bold) + 2);
     const double height = label.size * kLineHeight * static_cast<double>(label.lines.size());
     double best = std::numeric_limits<double>::infinity();
-    Placed choice;
+    LabelPlacement choice;
     for (const double radius :
          {11.0, 16.0, 24.0, 34.0, 46.0, 60.0, 76.0, 94.0, 114.0, 136.0, 160.0, 190.0, 225.0, 265.0}) {
       for (int k = 0; k < kDirections; ++k) {
@@ -78,7 +78,7 @@ class Placer {
         const double x = label.point.x + radius * std::cos(angle), y = label.point.y + radius * std::sin(angle);
         // The point of the box that is nearest to the mark lies on the circle.
         const Box box{x - width * 0.5 * (1 - std::cos(angle)), y - height * 0.5 * (1 - std::sin(angle)), width, height};
-        const Placed candidate{box, nearest_in(box, label.point)};
+        const LabelPlacement candidate{box, nearest_in(box, label.point)};
         const double cost = cost_of(i, candidate);
         if (cost < best) {
           best = cost;
@@ -91,8 +91,8 @@ class Placer {
     done_[i] = true;
   }
 
-  double cost_of(std::size_t i, const Placed& c) const {
-    const At from = labels_[i].point;
+  double cost_of(std::size_t i, const LabelPlacement& c) const {
+    const ChartPoint from = labels_[i].point;
     const Box wide = grown(c.box, kGap);
     double cost = std::hypot(from.x - c.leader_end.x, from.y - c.leader_end.y);
     if (c.box.x < room_.x || c.box.y < room_.y || c.box.x + c.box.width > room_.x + room_.width ||
@@ -102,12 +102,12 @@ class Placer {
       for (std::size_t s = 0; s + 1 < curve.points.size(); ++s)
         if (crosses(curve.points[s], curve.points[s + 1], c.box)) cost += 45;
     for (std::size_t k = 0; k < labels_.size(); ++k) {
-      const At p = labels_[k].point;
+      const ChartPoint p = labels_[k].point;
       cost += 40 * overlap(wide, {p.x - kMarkRadius, p.y - kMarkRadius, 2 * kMarkRadius, 2 * kMarkRadius});
       if (k == i) continue;
       if (std::hypot(p.x - from.x, p.y - from.y) > 2 && distance(p, from, c.leader_end) < kMarkRadius) cost += 60;
       if (!done_[k]) continue;
-      const Placed& other = placed_[k];
+      const LabelPlacement& other = placed_[k];
       cost += 60 * overlap(wide, other.box);
       if (crosses(from, c.leader_end, grown(other.box, 1))) cost += 400;
       if (crosses(p, other.leader_end, wide)) cost += 400;
@@ -119,13 +119,13 @@ class Placer {
   std::span<const Label> labels_;
   Box room_;
   std::span<const Stroke> curves_;
-  std::vector<Placed> placed_;
+  std::vector<LabelPlacement> placed_;
   std::vector<bool> done_;
 };
 
 }  // namespace
 
-std::vector<Placed> place_labels(std::span<const Label> labels, const Box& room, std::span<const Stroke> curves) {
+std::vector<LabelPlacement> place_labels(std::span<const Label> labels, const Box& room, std::span<const Stroke> curves) {
   return Placer(labels, room, curves).run();
 }
 

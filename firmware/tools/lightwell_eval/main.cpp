@@ -56,7 +56,7 @@ Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool qui
     if (!panorama) return panorama.status();
     const std::string name = std::filesystem::path(path).stem().string();
     run.scenes.push_back(name);
-    const Truth truth(name, *panorama);
+    const GroundTruth truth(name, *panorama);
     const BallPictures balls = ball_pictures(truth);
     const sim::Scene scene(std::move(*panorama));
     std::map<int, Camera> cameras;  // by width

@@ -17,8 +17,8 @@
 namespace lightwell::eval {
 namespace {
 
-constexpr std::array kKnobs = {MarkerKnob::setting, MarkerKnob::decimation, MarkerKnob::search, MarkerKnob::faces,
-                               MarkerKnob::order};
+constexpr std::array kSweepParameters = {MarkerSweepParameter::setting, MarkerSweepParameter::decimation, MarkerSweepParameter::search, MarkerSweepParameter::faces,
+                               MarkerSweepParameter::order};
 
 /// Of all frames: what is clearly less.
 constexpr double kClearShare = 0.01;
@@ -159,12 +159,12 @@ class Reader {
 MarkerRow row_of(Reader& from) {
   MarkerRow row;
   row.what = from.words("what");
-  const std::string knob = from.words("knob");
-  const auto known = std::find_if(kKnobs.begin(), kKnobs.end(), [&](MarkerKnob k) { return to_string(k) == knob; });
-  if (known == kKnobs.end())
-    from.complain("no knob '" + knob + "'; there are setting, decimation, search, faces and order");
+  const std::string parameter = from.words("knob");
+  const auto known = std::find_if(kSweepParameters.begin(), kSweepParameters.end(), [&](MarkerSweepParameter k) { return to_string(k) == parameter; });
+  if (known == kSweepParameters.end())
+    from.complain("no knob '" + parameter + "'; there are setting, decimation, search, faces and order");
   else
-    row.knob = *known;
+    row.parameter = *known;
   row.width = from.whole("width");
   row.height = from.whole("height");
   row.ms = from.perhaps_above_0("ms");
@@ -180,7 +180,7 @@ MarkerRow row_of(Reader& from) {
   return row;
 }
 
-bool beats(const MarkerRow& a, const MarkerRow& b) {
+bool dominates(const MarkerRow& a, const MarkerRow& b) {
   if (!a.ms || !a.rms) return false;
   if (!b.ms || !b.rms) return true;
   const auto clearly_better = [](const MarkerRow& x, const MarkerRow& y) {
@@ -197,17 +197,17 @@ std::string percent_or_none(const std::optional<double>& v) { return v ? percent
 
 }  // namespace
 
-std::string_view to_string(MarkerKnob knob) {
-  switch (knob) {
-    case MarkerKnob::setting:
+std::string_view to_string(MarkerSweepParameter parameter) {
+  switch (parameter) {
+    case MarkerSweepParameter::setting:
       return "setting";
-    case MarkerKnob::decimation:
+    case MarkerSweepParameter::decimation:
       return "decimation";
-    case MarkerKnob::search:
+    case MarkerSweepParameter::search:
       return "search";
-    case MarkerKnob::faces:
+    case MarkerSweepParameter::faces:
       return "faces";
-    case MarkerKnob::order:
+    case MarkerSweepParameter::order:
       return "order";
   }
   return "unknown";
@@ -241,7 +241,7 @@ void mark_front(std::span<MarkerRow> rows) {
   for (MarkerRow& b : rows) {
     b.beaten_by.clear();
     for (const MarkerRow& a : rows)
-      if (beats(a, b)) b.beaten_by.push_back(a.what);
+      if (dominates(a, b)) b.beaten_by.push_back(a.what);
     b.on_front = b.ms && b.rms && b.beaten_by.empty();
   }
 }
@@ -266,7 +266,7 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
          "/ worst of the\n"
          "answers that are not flagged. Front: time, RMS (median, worst) and frames that are not surely answered.\n";
   for (const MarkerRow& b : rows) {
-    if (b.knob != MarkerKnob::setting) continue;
+    if (b.parameter != MarkerSweepParameter::setting) continue;
     std::string by;
     for (const std::string& a : b.beaten_by) by += (by.empty() ? "" : ", ") + a;
     out +=
@@ -280,7 +280,7 @@ std::string marker_json_of(std::span<const MarkerRow> rows) {
   for (std::size_t n = 0; n < rows.size(); ++n) {
     const MarkerRow& r = rows[n];
     out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.what) +
-           ", \"knob\": " + json_string(to_string(r.knob)) +
+           ", \"knob\": " + json_string(to_string(r.parameter)) +
            text(", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, \"memcpy_ratio\": %s, ", r.width,
                 r.height, number(r.ms).c_str(), number(r.ms_first).c_str(), number(r.memcpy_ratio).c_str()) +
            text("\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, ",

@@ -13,19 +13,19 @@
 namespace lightwell::eval {
 
 /// What a case varies; a colour in the picture.
-enum class MarkerKnob {
+enum class MarkerSweepParameter {
   setting,     ///< Nothing: the default.
   decimation,  ///< Of the picture where the body is followed.
   search,      ///< Of the picture where it is looked for.
   faces,       ///< The most that are sampled.
   order,       ///< The most lamps; whether the table tells.
 };
-[[nodiscard]] std::string_view to_string(MarkerKnob knob);
+[[nodiscard]] std::string_view to_string(MarkerSweepParameter parameter);
 
 /// Medians over frames. What no frame told is missing; a median is of the frames that were answered.
 struct MarkerRow {
   std::string what;
-  MarkerKnob knob = MarkerKnob::setting;
+  MarkerSweepParameter parameter = MarkerSweepParameter::setting;
   int width = 0, height = 0;  ///< Of a picture, the same in all rows.
   std::optional<double> ms, ms_first,
       memcpy_ratio;  ///< Of a frame that is followed; of the first one; ms beside memcpy of the frame.

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kBuffers = 32;
 /// Below this there is no one direction that a shadow would show.
-constexpr double kSharp = 100;
+constexpr double kMinPeakToMean = 100;
 /// Two passes of a slow case tell as much as five of a quick one.
 constexpr double kEnough = 2;
 /// Frames from the start of one pass to that of the next: half a minute.
@@ -56,7 +56,7 @@ class BestOf {
   std::vector<double> best_ = std::vector<double>(kBuffers, std::numeric_limits<double>::infinity());
 };
 
-void find_errors(const Descriptor& d, const Truth& truth, const BallPictures& balls, Outcome& out) {
+void find_errors(const Descriptor& d, const GroundTruth& truth, const BallPictures& balls, Outcome& out) {
   double difference = 0, whole = 0, largest = 0;
   for (std::size_t k = 0; k < truth_normals().size(); ++k) {
     const Irradiance e = irradiance_at(d, vec_cast<float>(truth_normals()[k]));
@@ -69,7 +69,7 @@ void find_errors(const Descriptor& d, const Truth& truth, const BallPictures& ba
   }
   out.rms = std::sqrt(difference / whole);
   out.largest = largest / std::sqrt(whole / (3.0 * static_cast<double>(truth_normals().size())));
-  if (truth.peak_to_mean() >= kSharp) {
+  if (truth.peak_to_mean() >= kMinPeakToMean) {
     out.light_deg = 180;
     for (const Light& light : d.lights) {
       const Vec3d l = vec_cast<double>(light.direction), b = truth.brightest();
@@ -83,12 +83,12 @@ void find_errors(const Descriptor& d, const Truth& truth, const BallPictures& ba
 
 }  // namespace
 
-Result<Outcome> Bench::measure(const Case& c, const Truth& truth, const BallPictures& balls, const Camera& camera) {
+Result<Outcome> Bench::measure(const Case& c, const GroundTruth& truth, const BallPictures& balls, const Camera& camera) {
   Outcome out;
-  const Result<Shot> timed = camera.eight_bit(c.exposures);
+  const Result<RenderedBracket> timed = camera.eight_bit(c.exposures);
   if (!timed) return timed.status();
   if (Status s = time(c, *timed, out); !s.ok()) return s;
-  const Result<Shot> judged = c.sensor == Sensor::ideal ? camera.ideal() : timed;
+  const Result<RenderedBracket> judged = c.sensor == Sensor::ideal ? camera.ideal() : timed;
   if (!judged) return judged.status();
   const Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, judged->rig);
   if (!estimator) return estimator.status();
@@ -105,7 +105,7 @@ Result<Outcome> Bench::measure(const Case& c, const Truth& truth, const BallPict
   return out;
 }
 
-Status Bench::time(const Case& c, const Shot& shot, Outcome& out) {
+Status Bench::time(const Case& c, const RenderedBracket& shot, Outcome& out) {
   Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, shot.rig);
   if (!estimator) return estimator.status();
   buffers_.resize(kBuffers);

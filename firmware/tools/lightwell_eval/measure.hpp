@@ -12,8 +12,8 @@
 
 #include "tools/lightwell_eval/balls.hpp"
 #include "tools/lightwell_eval/cases.hpp"
-#include "tools/lightwell_eval/shots.hpp"
-#include "tools/lightwell_eval/truth.hpp"
+#include "tools/lightwell_eval/rendered_brackets.hpp"
+#include "tools/lightwell_eval/ground_truth.hpp"
 
 namespace lightwell::eval {
 
@@ -36,14 +36,14 @@ class Bench {
  public:
   explicit Bench(int passes) : passes_(passes) {}
 
-  [[nodiscard]] Result<Outcome> measure(const Case& c, const Truth& truth, const BallPictures& balls,
+  [[nodiscard]] Result<Outcome> measure(const Case& c, const GroundTruth& truth, const BallPictures& balls,
                                         const Camera& camera);
 
   /// Seconds of one memcpy of so many bytes from buffer to buffer, measured alike; the least of all cases so far.
   [[nodiscard]] const std::map<std::size_t, double>& memcpy_seconds() const { return memcpy_seconds_; }
 
  private:
-  [[nodiscard]] Status time(const Case& c, const Shot& shot, Outcome& out);
+  [[nodiscard]] Status time(const Case& c, const RenderedBracket& shot, Outcome& out);
 
   int passes_;
   std::vector<std::vector<std::byte>> buffers_;

@@ -72,7 +72,7 @@ class Drawer {
   }
 
  private:
-  void line(std::vector<At> points, Ink ink, double width, bool dashed = false) {
+  void line(std::vector<ChartPoint> points, Ink ink, double width, bool dashed = false) {
     chart_.strokes.push_back({std::move(points), ink, width, dashed});
   }
 
@@ -98,12 +98,12 @@ class Drawer {
     for (const PanelPoint& first : points_) {
       if (std::find(told.begin(), told.end(), first.rivals) != told.end()) continue;
       told.push_back(first.rivals);
-      std::vector<At> rivals;
+      std::vector<ChartPoint> rivals;
       for (const PanelPoint& p : points_)
         if (p.rivals == first.rivals) rivals.push_back({x.px(p.cost), y.px(p.error)});
-      std::sort(rivals.begin(), rivals.end(), [](At a, At b) { return a.x < b.x; });
-      std::vector<At> stairs;
-      for (const At& p : rivals) {
+      std::sort(rivals.begin(), rivals.end(), [](ChartPoint a, ChartPoint b) { return a.x < b.x; });
+      std::vector<ChartPoint> stairs;
+      for (const ChartPoint& p : rivals) {
         // Pixels are counted from the top: a larger y is a smaller error.
         if (!stairs.empty() && p.y <= stairs.back().y) continue;
         if (!stairs.empty()) stairs.push_back({p.x, stairs.back().y});
@@ -119,7 +119,7 @@ class Drawer {
     std::vector<Label> labels;
     std::vector<std::vector<const PanelPoint*>> named_by;
     for (const PanelPoint& point : points_) {
-      const At at{x.px(point.cost), y.px(point.error)};
+      const ChartPoint at{x.px(point.cost), y.px(point.error)};
       chart_.marks.push_back({at, point.named ? 6.0 : 4.5, point.ink, point.on_front, point.square});
       std::size_t k = 0;
       while (k < labels.size() && std::hypot(labels[k].point.x - at.x, labels[k].point.y - at.y) > kSame) ++k;
@@ -131,12 +131,12 @@ class Drawer {
       labels[k].bold = labels[k].bold || point.prominent;
       named_by[k].push_back(&point);
     }
-    const std::vector<Placed> placed =
+    const std::vector<LabelPlacement> placed =
         place_labels(labels, {box.x + 4, box.y + 2, box.width - 6, box.height - 6}, curves);
     for (std::size_t k = 0; k < labels.size(); ++k) {
       const Ink ink = named_by[k].front()->ink;
-      const Placed& p = placed[k];
-      const At at = labels[k].point;
+      const LabelPlacement& p = placed[k];
+      const ChartPoint at = labels[k].point;
       if (std::hypot(at.x - p.leader_end.x, at.y - p.leader_end.y) > 14)
         line({at, p.leader_end}, {(ink.r + 255) / 2, (ink.g + 255) / 2, (ink.b + 255) / 2}, 0.9);
       // Towards the point, so that a leader ends at letters.
@@ -162,7 +162,7 @@ void draw_panel(const Panel& panel, std::span<const PanelPoint> points, Chart& c
   if (!points.empty()) Drawer(points, chart).draw(panel);
 }
 
-double draw_legend(std::span<const LegendEntry> entries, At at, Chart& chart) {
+double draw_legend(std::span<const LegendEntry> entries, ChartPoint at, Chart& chart) {
   for (const LegendEntry& entry : entries) {
     chart.marks.push_back({{at.x + 5, at.y - 5}, 5, entry.ink, true, entry.square});
     chart.words.push_back({entry.text, {at.x + 16, at.y}, 13.5, entry.ink});

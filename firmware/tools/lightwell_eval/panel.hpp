@@ -38,7 +38,7 @@ struct Panel {
 void draw_panel(const Panel& panel, std::span<const PanelPoint> points, Chart& chart);
 
 /// A row of marks and words from `at` on, the words' baseline; where it ends.
-double draw_legend(std::span<const LegendEntry> entries, At at, Chart& chart);
+double draw_legend(std::span<const LegendEntry> entries, ChartPoint at, Chart& chart);
 
 /// Where panels begin and end, px from the chart's sides.
 inline constexpr double kPanelLeft = 90, kPanelRight = 30;

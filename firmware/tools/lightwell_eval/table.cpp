@@ -25,7 +25,7 @@ TableLine line_of(const Row& r) {
           percent(r.largest) + " / " + percent(r.worst_largest),
           r.light_deg ? text("%.2f / %.2f", *r.light_deg, *r.worst_light_deg) : "-",
           percent(r.balls[0]) + " / " + percent(r.balls[1]) + " / " + percent(r.balls[2]),
-          !std::isfinite(r.promised()) ? "none" : percent(r.bound) + (r.unbounded_share > 0 ? "*" : ""),
+          !std::isfinite(r.bound_or_infinity()) ? "none" : percent(r.bound) + (r.unbounded_share > 0 ? "*" : ""),
           r.on_front ? "yes" : ""};
 }
 
@@ -88,7 +88,7 @@ std::string json_of(std::span<const Row> rows, const Run& run, std::span<const M
   for (std::size_t n = 0; n < rows.size(); ++n) {
     const Row& r = rows[n];
     out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.setup.label) +
-           ", \"knob\": " + json_string(std::string(to_string(r.setup.knob))) +
+           ", \"knob\": " + json_string(std::string(to_string(r.setup.parameter))) +
            text(", \"width\": %d, \"height\": %d, \"sensor\": \"%s\", ", r.setup.width, r.setup.height,
                 r.setup.sensor == Sensor::ideal ? "ideal" : "rgb8") +
            config_of(r.setup) +

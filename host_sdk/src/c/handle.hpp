@@ -12,12 +12,12 @@ namespace lightwell::c {
 
 /// The first word of a handle, by which a pointer is recognised. Cleared at the end of its life, so that a handle which
 /// was given back is mostly recognised, too: mostly, because its memory may be another object's by then.
-class Mark {
+class HandleTag {
  public:
-  explicit Mark(std::uint64_t kind) : word_(kind) {}
-  Mark(const Mark&) = delete;
-  Mark& operator=(const Mark&) = delete;
-  ~Mark() { word_ = 0; }
+  explicit HandleTag(std::uint64_t kind) : word_(kind) {}
+  HandleTag(const HandleTag&) = delete;
+  HandleTag& operator=(const HandleTag&) = delete;
+  ~HandleTag() { word_ = 0; }
 
   [[nodiscard]] bool is(std::uint64_t kind) const { return word_ == kind; }
 
@@ -25,27 +25,27 @@ class Mark {
   volatile std::uint64_t word_;  ///< volatile: the destructor's store is not a dead one.
 };
 
-inline constexpr std::uint64_t kProbeMark = 0x65626f72705f776cU;     // "lw_probe"
-inline constexpr std::uint64_t kLightingMark = 0x6e697468676c776cU;  // "lwlghtin"
+inline constexpr std::uint64_t kProbeTag = 0x65626f72705f776cU;     // "lw_probe"
+inline constexpr std::uint64_t kLightingTag = 0x6e697468676c776cU;  // "lwlghtin"
 
 }  // namespace lightwell::c
 
 struct lw_probe {
   explicit lw_probe(lightwell::Probe connected) : value(std::move(connected)) {}
-  lightwell::c::Mark mark{lightwell::c::kProbeMark};
+  lightwell::c::HandleTag tag{lightwell::c::kProbeTag};
   lightwell::Probe value;
 };
 
 struct lw_lighting {
-  lightwell::c::Mark mark{lightwell::c::kLightingMark};
+  lightwell::c::HandleTag tag{lightwell::c::kLightingTag};
   lightwell::Lighting value;
 };
 
 namespace lightwell::c {
 
-[[nodiscard]] inline bool aligned(const void* p) { return reinterpret_cast<std::uintptr_t>(p) % alignof(Mark) == 0; }
+[[nodiscard]] inline bool aligned(const void* p) { return reinterpret_cast<std::uintptr_t>(p) % alignof(HandleTag) == 0; }
 
-[[nodiscard]] inline bool good(const lw_probe* p) { return p != nullptr && aligned(p) && p->mark.is(kProbeMark); }
-[[nodiscard]] inline bool good(const lw_lighting* p) { return p != nullptr && aligned(p) && p->mark.is(kLightingMark); }
+[[nodiscard]] inline bool good(const lw_probe* p) { return p != nullptr && aligned(p) && p->tag.is(kProbeTag); }
+[[nodiscard]] inline bool good(const lw_lighting* p) { return p != nullptr && aligned(p) && p->tag.is(kLightingTag); }
 
 }  // namespace lightwell::c

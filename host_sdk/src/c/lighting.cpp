@@ -10,7 +10,7 @@
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lighting.hpp>
 
-#include "c/answers.hpp"
+#include "c/result_conversion.hpp"
 #include "c/call.hpp"
 #include "c/sized.hpp"
 
@@ -46,8 +46,8 @@ constexpr std::size_t kChunk = 256;
 
 /// `ask(normals, values)` answers spans of one length and returns how many were no question. `one` is the answer to a
 /// good question: what it tells besides its value holds for all.
-template <class Quantity, class Ask>
-Status answer_batch(const lw_answer& one, Batch batch, lw_answer* about, const Ask& ask) {
+template <class Quantity, class Query>
+Status answer_batch(const lw_answer& one, Batch batch, lw_answer* about, const Query& ask) {
   if (batch.count > 0 && (batch.questions == nullptr || batch.values == nullptr))
     return invalid("the questions or the values are NULL, and count is not 0");
   if (Status s = stride_of(batch.question_stride, "the questions' stride", batch.question_stride); !s.ok()) return s;
@@ -213,7 +213,7 @@ lw_status lw_lighting_lights(const lw_lighting* lighting, lw_light* lights, size
                              size_t* count) {
   return with_lighting(lighting, [&](const Lighting& l) -> Status {
     if (lights == nullptr && capacity > 0) return invalid("lights is NULL, and capacity is not 0");
-    if (capacity > 0 && (light_size < 2 * sizeof(std::uint32_t) || light_size > kLargestStruct))
+    if (capacity > 0 && (light_size < 2 * sizeof(std::uint32_t) || light_size > kMaxStructSize))
       return invalid("light_size is " + std::to_string(light_size) + "; it is sizeof(lw_light)");
     auto* to = reinterpret_cast<unsigned char*>(lights);
     for (std::size_t i = 0; i < std::min(capacity, l.lights().size()); ++i, to += light_size) {

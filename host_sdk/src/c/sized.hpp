@@ -13,14 +13,14 @@
 namespace lightwell::c {
 
 /// Larger is no struct of any version, but a `size` that nobody set.
-inline constexpr std::uint32_t kLargestStruct = 4096;
+inline constexpr std::uint32_t kMaxStructSize = 4096;
 
 /// invalid_argument where `given` is NULL or its size is none; `name` as the header spells it.
 template <class T>
 Status size_of(const T* given, const char* name, std::uint32_t& size) {
   if (given == nullptr) return invalid(std::string(name) + " is NULL");
   std::memcpy(&size, given, sizeof size);
-  if (size < 2 * sizeof size || size > kLargestStruct)
+  if (size < 2 * sizeof size || size > kMaxStructSize)
     return invalid(std::string(name) + ".size is " + std::to_string(size) + "; set it to sizeof(" + name +
                    ") before the call");
   return {};

@@ -7,8 +7,8 @@
 namespace lightwell::core {
 namespace {
 
-/// Of two round trips within so much the narrower is kept: kKept of them reach back over two minutes.
-constexpr Duration kApart{4'000'000'000};
+/// Of two round trips within so much the narrower is kept: kMaxRoundTrips of them reach back over two minutes.
+constexpr Duration kMinSpacing{4'000'000'000};
 /// Corners are computed in doubles.
 constexpr double kRounding_ns = 0.5;
 /// 73 years: clocks beyond are none, and their differences could leave the range.
@@ -29,9 +29,9 @@ void ClockMap::add(HostTime sent, ProbeTime probe, HostTime received) {
               kept_.begin() + static_cast<std::ptrdiff_t>(k));
     --count_;
   };
-  if (count_ >= 2 && kept_[count_ - 1].at - kept_[count_ - 2].at < kApart)
+  if (count_ >= 2 && kept_[count_ - 1].at - kept_[count_ - 2].at < kMinSpacing)
     drop(kept_[count_ - 1].half_ns < kept_[count_ - 2].half_ns ? count_ - 2 : count_ - 1);
-  if (count_ == kKept) drop(0);
+  if (count_ == kMaxRoundTrips) drop(0);
   kept_[count_++] = fresh;
   if (fit()) return;
   kept_[0] = fresh;
@@ -42,14 +42,14 @@ void ClockMap::add(HostTime sent, ProbeTime probe, HostTime received) {
 bool ClockMap::fit() {
   const RoundTrip& newest = kept_[count_ - 1];
   const auto h = static_cast<double>(newest.half_ns);
-  corners_[0] = {-h, -kDrift};
-  corners_[1] = {h, -kDrift};
-  corners_[2] = {h, kDrift};
-  corners_[3] = {-h, kDrift};
+  corners_[0] = {-h, -kMaxDrift};
+  corners_[1] = {h, -kMaxDrift};
+  corners_[2] = {h, kMaxDrift};
+  corners_[3] = {-h, kMaxDrift};
   corner_count_ = 4;
   // Half-plane by half-plane (Sutherland & Hodgman 1974): sign (offset + drift t - seen) <= most.
   const auto clip = [&](double sign, double t, double seen, double most) {
-    std::array<std::array<double, 2>, 2 * kKept + 8> in = corners_;
+    std::array<std::array<double, 2>, 2 * kMaxRoundTrips + 8> in = corners_;
     const std::size_t count = corner_count_;
     const auto beyond = [&](const std::array<double, 2>& p) { return sign * (p[0] + p[1] * t - seen) - most; };
     corner_count_ = 0;
@@ -68,7 +68,7 @@ bool ClockMap::fit() {
     const RoundTrip& one = kept_[i];
     const auto t = static_cast<double>((one.at - newest.at).ns),
                seen = static_cast<double>((one.offset - newest.offset).ns);
-    const double most = static_cast<double>(one.half_ns) + kWander * std::abs(t);
+    const double most = static_cast<double>(one.half_ns) + kMaxDriftChange * std::abs(t);
     clip(1, t, seen, most);
     if (corner_count_ > 0) clip(-1, t, seen, most);
   }
@@ -89,8 +89,8 @@ ClockMap::Range ClockMap::offsets(HostTime now) const {
     out.low = std::min(out.low, offset);
     out.high = std::max(out.high, offset);
   }
-  out.low -= kWander * std::abs(t) + kRounding_ns;
-  out.high += kWander * std::abs(t) + kRounding_ns;
+  out.low -= kMaxDriftChange * std::abs(t) + kRounding_ns;
+  out.high += kMaxDriftChange * std::abs(t) + kRounding_ns;
   return out;
 }
 

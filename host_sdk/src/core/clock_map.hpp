@@ -23,11 +23,11 @@ struct MappedTime {
 class ClockMap {
  public:
   /// How far two quartz clocks may drift apart, each 50 ppm.
-  static constexpr double kDrift = 100e-6;
+  static constexpr double kMaxDrift = 100e-6;
   /// How far the drift itself may wander while round trips are kept: quartz over some degrees in a quarter of an hour.
-  static constexpr double kWander = 1e-6;
+  static constexpr double kMaxDriftChange = 1e-6;
   /// Round trips that are kept.
-  static constexpr std::size_t kKept = 32;
+  static constexpr std::size_t kMaxRoundTrips = 32;
 
   /// The host sent at `sent` and had the answer at `received`; in between the probe read `probe`. A round trip that
   /// ended before it began is passed over.
@@ -64,10 +64,10 @@ class ClockMap {
   /// Of the possible offsets at `now`, less that of the newest round trip.
   [[nodiscard]] Range offsets(HostTime now) const;
 
-  std::array<RoundTrip, kKept> kept_{};  ///< By time.
+  std::array<RoundTrip, kMaxRoundTrips> kept_{};  ///< By time.
   std::size_t count_ = 0;
   /// Corners of what is possible: offset at the newest round trip (ns, less its own) and drift.
-  std::array<std::array<double, 2>, 2 * kKept + 8> corners_{};
+  std::array<std::array<double, 2>, 2 * kMaxRoundTrips + 8> corners_{};
   std::size_t corner_count_ = 0;
   double slowest_ = 0, fastest_ = 0;
 };

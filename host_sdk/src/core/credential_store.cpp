@@ -137,7 +137,7 @@ Status write_files(const fs::path& folder, const PairedFiles& files) {
         std::pair(kAddress, files.address), std::pair(kHost, host_named_by(c.pinned))}) {
     if (text.empty()) continue;
     const std::string line = text.ends_with('\n') ? text : text + "\n";
-    if (Status s = write_atomically((folder / file).string(), line, Readers::owner); !s.ok()) return s;
+    if (Status s = write_atomically((folder / file).string(), line, FileMode::owner); !s.ok()) return s;
   }
   return {};
 }

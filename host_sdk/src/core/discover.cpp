@@ -5,7 +5,7 @@
 #include <lightwell/advertisement.hpp>
 #include <lightwell/discover.hpp>
 
-#include "core/discover_ways.hpp"
+#include "core/discovery_backends.hpp"
 
 namespace lightwell {
 
@@ -20,7 +20,7 @@ Status DiscoverOptions::validate() const {
   return credentials.validate();
 }
 
-Discovered core::Finds::take() {
+Discovered core::DiscoveryResults::take() {
   const std::lock_guard lock(mutex_);
   Discovered out;
   for (auto& [key, probe] : probes_) out.probes.push_back(std::move(probe));
@@ -32,27 +32,27 @@ Discovered core::Finds::take() {
 
 Result<Discovered> discover(const DiscoverOptions& options) {
   if (Status status = options.validate(); !status.ok()) return status;
-  core::Finds finds;
+  core::DiscoveryResults results;
   std::thread at_broker;
   if (!options.broker.empty()) {
 #ifdef LIGHTWELL_HAVE_MQTT
     at_broker = std::thread([&] {
       core::discover_at_broker(*parse_mqtt_address(options.broker, MqttBase::optional), options.credentials,
-                               options.timeout, finds);
+                               options.timeout, results);
     });
 #else
-    finds.problem("MQTT: this SDK was built without it; install libmosquitto-dev and build it again");
+    results.problem("MQTT: this SDK was built without it; install libmosquitto-dev and build it again");
 #endif
   }
-  std::thread by_usb([&] { core::discover_by_usb(options.timeout, finds); });
+  std::thread by_usb([&] { core::discover_by_usb(options.timeout, results); });
 #ifdef LIGHTWELL_HAVE_MDNS
-  core::discover_by_mdns(options.timeout, finds);
+  core::discover_by_mdns(options.timeout, results);
 #else
-  finds.problem("mDNS: this SDK was built without Avahi; install libavahi-client-dev and build it again");
+  results.problem("mDNS: this SDK was built without Avahi; install libavahi-client-dev and build it again");
 #endif
   if (at_broker.joinable()) at_broker.join();
   by_usb.join();
-  return finds.take();
+  return results.take();
 }
 
 }  // namespace lightwell

@@ -12,17 +12,17 @@
 #include <lightwell/advertisement.hpp>
 #include <lightwell/printable.hpp>
 
-#include "core/discover_ways.hpp"
+#include "core/discovery_backends.hpp"
 
 namespace lightwell::core {
 namespace {
 
 /// More services than that at a time are no room but an attack; the rest is counted.
-constexpr std::size_t kMostResolvers = 4 * Finds::kMost;
+constexpr std::size_t kMaxResolvers = 4 * DiscoveryResults::kMaxProbes;
 
 class Browser {
  public:
-  explicit Browser(Finds& finds) : finds_(finds), poll_(avahi_simple_poll_new()) {}
+  explicit Browser(DiscoveryResults& results) : finds_(results), poll_(avahi_simple_poll_new()) {}
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
   ~Browser() {
@@ -71,7 +71,7 @@ class Browser {
       self.finds_.remove(key(name, domain));
     } else if (event == AVAHI_BROWSER_NEW) {
       // One more on every interface and protocol: the first answer is enough, the others say the same.
-      if (++self.resolvers_ > kMostResolvers ||
+      if (++self.resolvers_ > kMaxResolvers ||
           avahi_service_resolver_new(self.client_, interface, protocol, name, type, domain, AVAHI_PROTO_UNSPEC,
                                      AvahiLookupFlags{}, on_resolved, data) == nullptr)
         self.finds_.refuse();
@@ -121,7 +121,7 @@ class Browser {
 
   static std::string key(const char* name, const char* domain) { return std::string("mdns ") + domain + " " + name; }
 
-  Finds& finds_;
+  DiscoveryResults& finds_;
   AvahiSimplePoll* const poll_;
   AvahiClient* client_ = nullptr;
   std::size_t resolvers_ = 0;
@@ -130,6 +130,6 @@ class Browser {
 
 }  // namespace
 
-void discover_by_mdns(Duration timeout, Finds& finds) { Browser(finds).run(timeout); }
+void discover_by_mdns(Duration timeout, DiscoveryResults& results) { Browser(results).run(timeout); }
 
 }  // namespace lightwell::core

@@ -3,7 +3,7 @@
 
 #include <lightwell/status_codec.hpp>
 
-#include "core/discover_ways.hpp"
+#include "core/discovery_backends.hpp"
 #include "core/mqtt_login.hpp"
 
 namespace lightwell::core {
@@ -22,15 +22,15 @@ std::vector<std::string> status_topics(const std::string& base) {
 
 class Listener {
  public:
-  Listener(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, Finds& finds)
-      : broker_(broker), finds_(finds), session_(options(credentials, timeout)) {}
+  Listener(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, DiscoveryResults& results)
+      : broker_(broker), finds_(results), session_(options(credentials, timeout)) {}
 
   void run(Duration timeout) {
     const HostTime end = HostTime{monotonic_now_ns()} + timeout;
     for (;;) {
       const Duration left = end - HostTime{monotonic_now_ns()};
       if (left.ns <= 0) break;
-      session_.turn(left);
+      session_.run_once(left);
     }
     if (!trouble_.empty()) finds_.problem(broker_.uri() + ": " + trouble_);
   }
@@ -76,15 +76,15 @@ class Listener {
   }
 
   const MqttAddress broker_;
-  Finds& finds_;
+  DiscoveryResults& finds_;
   std::string trouble_ = "the broker does not answer";
   MqttSession session_;  // last: it calls into the others
 };
 
 }  // namespace
 
-void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, Finds& finds) {
-  Listener(broker, credentials, timeout, finds).run(timeout);
+void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, DiscoveryResults& results) {
+  Listener(broker, credentials, timeout, results).run(timeout);
 }
 
 }  // namespace lightwell::core

@@ -5,13 +5,13 @@
 
 #include <lightwell/probe.hpp>
 
-#include "core/discover_ways.hpp"
+#include "core/discovery_backends.hpp"
 #include "core/usb_transport.hpp"
 
 namespace lightwell::core {
 namespace {
 
-void ask(const std::string& serial, Duration timeout, Finds& finds) {
+void ask(const std::string& serial, Duration timeout, DiscoveryResults& results) {
   const std::string uri = "usb:" + serial;
   FoundProbe found;
   found.by = FoundBy::usb;
@@ -27,19 +27,19 @@ void ask(const std::string& serial, Duration timeout, Finds& finds) {
     found.version = info.version;
   } else {
     // It is there all the same: another program reads it, say.
-    finds.problem(probe.status().message());
+    results.problem(probe.status().message());
   }
-  finds.put(uri, std::move(found));
+  results.put(uri, std::move(found));
 }
 
 }  // namespace
 
-void discover_by_usb(Duration timeout, Finds& finds) {
+void discover_by_usb(Duration timeout, DiscoveryResults& results) {
   const Result<std::vector<std::string>> serials = probes_on_usb();
-  if (!serials.ok()) return finds.problem("USB: " + serials.status().message());
+  if (!serials.ok()) return results.problem("USB: " + serials.status().message());
   std::vector<std::thread> asking;
   for (const std::string& serial : *serials)
-    asking.emplace_back([&finds, &serial, timeout] { ask(serial, timeout, finds); });
+    asking.emplace_back([&results, &serial, timeout] { ask(serial, timeout, results); });
   for (std::thread& t : asking) t.join();
 }
 

@@ -31,9 +31,9 @@ grpc::ByteBuffer nothing() {
 }  // namespace
 
 GrpcConnection::GrpcConnection(std::shared_ptr<grpc::Channel> channel, const ProbeOptions& options,
-                               grpc::CompletionQueue& queue, Intake& intake)
-    : options_(options), queue_(queue), intake_(intake), generic_(channel), last_heard_{monotonic_now_ns()} {
-  ask_info();
+                               grpc::CompletionQueue& queue, DescriptorReceiver& receiver)
+    : options_(options), queue_(queue), receiver_(receiver), generic_(channel), last_received_{monotonic_now_ns()} {
+  request_info();
 }
 
 void GrpcConnection::on_event(void* tag, bool ok) {
@@ -45,20 +45,20 @@ void GrpcConnection::on_event(void* tag, bool ok) {
 }
 
 HostTime GrpcConnection::next_due() const {
-  const HostTime silent = last_heard_ + options_.silence_limit;
+  const HostTime silent = last_received_ + options_.silence_limit;
   return info_pending_ || closing_ ? silent : std::min(silent, next_info_);
 }
 
 void GrpcConnection::on_time(HostTime now) {
   if (closing_) return;
-  if (now >= last_heard_ + options_.silence_limit) {
+  if (now >= last_received_ + options_.silence_limit) {
     close("the probe fell silent");
     return;
   }
-  if (!info_pending_ && now >= next_info_) ask_info();
+  if (!info_pending_ && now >= next_info_) request_info();
 }
 
-void GrpcConnection::ask_info() {
+void GrpcConnection::request_info() {
   info_context_ = std::make_unique<grpc::ClientContext>();
   info_context_->set_deadline(deadline_after(options_.connect_timeout));
   info_call_ = generic_.PrepareUnaryCall(info_context_.get(), kInfoMethod, nothing(), &queue_);
@@ -80,15 +80,15 @@ void GrpcConnection::on_info(bool ok) {
     if (!streaming_) close(answer.status().message());
     return;
   }
-  last_heard_ = now;
+  last_received_ = now;
   clock_.add(info_sent_, answer->clock_now, now);
   ++round_trips_;
   if (round_trips_ < kFirstRoundTrips) next_info_ = now + kFirstInfoPeriod;
   if (round_trips_ < kRoundTripsBeforeStream) {
-    ask_info();
+    request_info();
     return;
   }
-  intake_.describe(probe_info(answer->status, clock_, now));
+  receiver_.describe(probe_info(answer->status, clock_, now));
   if (!streaming_) start_stream();
 }
 
@@ -106,7 +106,7 @@ void GrpcConnection::on_stream_event(Op op, bool ok) {
     const std::string why = stream_status_.error_message();
     if (stream_status_.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
         why.find("larger than max") != std::string::npos)
-      intake_.refuse_oversized(std::size_t{4} << 20);
+      receiver_.refuse_oversized(std::size_t{4} << 20);
     close(why.empty() ? "the probe ended the stream" : why);
     return;
   }
@@ -119,20 +119,20 @@ void GrpcConnection::on_stream_event(Op op, bool ok) {
     stream_->Write(nothing(), grpc::WriteOptions().set_last_message(), tag_of(Op::write));
     return;
   }
-  if (op == Op::write) intake_.set_state(LinkState::connected);
+  if (op == Op::write) receiver_.set_state(LinkState::connected);
   stream_->Read(&message_, tag_of(Op::read));
 }
 
 void GrpcConnection::take_message() {
   const HostTime received{monotonic_now_ns()};
   if (message_.Length() > kMaxDescriptorBytes)
-    intake_.refuse_oversized(message_.Length());
+    receiver_.refuse_oversized(message_.Length());
   else
-    intake_.take(bytes_of(message_, bytes_), received,
+    receiver_.take(bytes_of(message_, bytes_), received,
                  [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
   message_.Clear();
   // The application's observer may have taken its time, which is no silence of the probe.
-  last_heard_ = {monotonic_now_ns()};
+  last_received_ = {monotonic_now_ns()};
 }
 
 void GrpcConnection::finish_stream() { stream_->Finish(&stream_status_, tag_of(Op::finish)); }
@@ -140,7 +140,7 @@ void GrpcConnection::finish_stream() { stream_->Finish(&stream_status_, tag_of(O
 void GrpcConnection::close(const std::string& error) {
   if (closing_) return;
   closing_ = true;
-  if (!error.empty()) intake_.report_error(error);
+  if (!error.empty()) receiver_.report_error(error);
   if (info_pending_) info_context_->TryCancel();
   if (stream_pending_) stream_context_.TryCancel();
 }

@@ -14,7 +14,7 @@
 
 #include "core/clock_map.hpp"
 #include "core/grpc_wire.hpp"
-#include "core/intake.hpp"
+#include "core/descriptor_receiver.hpp"
 
 namespace lightwell::core {
 
@@ -25,7 +25,7 @@ namespace lightwell::core {
 class GrpcConnection {
  public:
   GrpcConnection(std::shared_ptr<grpc::Channel> channel, const ProbeOptions& options, grpc::CompletionQueue& queue,
-                 Intake& intake);
+                 DescriptorReceiver& receiver);
 
   /// An event of the queue whose tag is this object's (see tags below).
   void on_event(void* tag, bool ok);
@@ -44,7 +44,7 @@ class GrpcConnection {
   enum class Op : std::intptr_t { info = 1, start, write, read, finish };
   static void* tag_of(Op op) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(op)); }
 
-  void ask_info();
+  void request_info();
   void on_info(bool ok);
   void start_stream();
   void on_stream_event(Op op, bool ok);
@@ -53,7 +53,7 @@ class GrpcConnection {
 
   const ProbeOptions& options_;
   grpc::CompletionQueue& queue_;
-  Intake& intake_;
+  DescriptorReceiver& receiver_;
   grpc::GenericStub generic_;
 
   std::unique_ptr<grpc::ClientContext> info_context_;
@@ -70,7 +70,7 @@ class GrpcConnection {
   std::vector<std::byte> bytes_;
 
   ClockMap clock_;
-  HostTime last_heard_;
+  HostTime last_received_;
   bool info_pending_ = false, stream_pending_ = false;
   bool streaming_ = false, closing_ = false;
 };

@@ -85,7 +85,7 @@ std::shared_ptr<grpc::ChannelCredentials> tls_credentials(const ProbeCredentials
   return grpc::CompositeChannelCredentials(channel, grpc::AccessTokenCredentials(credentials.token));
 }
 
-std::shared_ptr<grpc::ChannelCredentials> stranger_credentials() {
+std::shared_ptr<grpc::ChannelCredentials> unverified_credentials() {
   TlsChannelCredentialsOptions options;
   options.set_verify_server_certs(false);
   options.set_certificate_verifier(std::make_shared<grpc::experimental::NoOpCertificateVerifier>());

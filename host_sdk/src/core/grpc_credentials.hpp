@@ -17,6 +17,6 @@ namespace lightwell::core {
 [[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> tls_credentials(const ProbeCredentials& credentials);
 
 /// Encrypts towards whoever answers. For pairing, which finds out by the code who that is.
-[[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> stranger_credentials();
+[[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> unverified_credentials();
 
 }  // namespace lightwell::core

@@ -58,12 +58,12 @@ std::string with_port(const std::string& host_port, std::uint32_t port) {
 }
 
 /// Both round trips; what the probe said once both ends are sure of each other.
-class Conversation {
+class PairingCall {
  public:
-  Conversation(const core::GrpcAddress& address, const PairOptions& options, PairingExchange exchange)
+  PairingCall(const core::GrpcAddress& address, const PairOptions& options, PairingExchange exchange)
       : options_(options),
         exchange_(std::move(exchange)),
-        stub_(core::new_channel(address.host_port, core::stranger_credentials())) {}
+        stub_(core::new_channel(address.host_port, core::unverified_credentials())) {}
 
   Status begin() {
     v1::PairBeginRequest request;
@@ -75,7 +75,7 @@ class Conversation {
     const Result<std::string> certificate = shown_certificate(context);
     if (!certificate.ok()) return certificate.status();
     session_ = response.session();
-    return exchange_.meet(response.share(), *certificate);
+    return exchange_.process_peer_share(response.share(), *certificate);
   }
 
   /// Once: it uses the exchange up.
@@ -123,7 +123,7 @@ Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view code,
   Result<KeyPair> key = KeyPair::make();
   if (!key.ok()) return key.status();
 
-  Conversation conversation(*address, options, std::move(*exchange));
+  PairingCall conversation(*address, options, std::move(*exchange));
   if (const Status s = conversation.begin(); !s.ok()) return from_whom(uri, s);
   const Result<v1::PairCredentials> brought = std::move(conversation).finish(*key);
   if (!brought.ok()) return from_whom(uri, brought.status());

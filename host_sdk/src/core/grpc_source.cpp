@@ -25,12 +25,12 @@ namespace {
 
 class GrpcSource final : public Source {
  public:
-  GrpcSource(const GrpcAddress& address, const ProbeOptions& options, Intake& intake)
+  GrpcSource(const GrpcAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver)
       : host_port_(address.host_port),
         options_(options),
         credentials_(address.transport == Transport::tls ? tls_credentials(options.credentials) : plain_credentials()),
-        intake_(intake),
-        back_off_(options.retry_min, options.retry_max, std::random_device{}()),
+        receiver_(receiver),
+        backoff_(options.retry_min, options.retry_max, std::random_device{}()),
         thread_([this] { follow(); }) {}
 
   ~GrpcSource() override {
@@ -102,22 +102,22 @@ class GrpcSource final : public Source {
 
   void follow() {
     while (!stopping_) {
-      intake_.set_state(LinkState::connecting);
-      if (converse()) back_off_.reset();
+      receiver_.set_state(LinkState::connecting);
+      if (run_connection()) backoff_.reset();
       if (stopping_) return;
-      intake_.set_state(LinkState::waiting);
-      pause(back_off_.next());
+      receiver_.set_state(LinkState::waiting);
+      pause(backoff_.next());
     }
   }
 
   /// One connection until its end; true where it got as far as the stream.
-  bool converse() {
+  bool run_connection() {
     const std::shared_ptr<grpc::Channel> channel = new_channel(host_port_, credentials_, &stopping_);
     {
       const std::lock_guard lock(channel_mutex_);
       channel_ = channel;
     }
-    GrpcConnection connection(channel, options_, queue_, intake_);
+    GrpcConnection connection(channel, options_, queue_, receiver_);
     while (!connection.drained()) {
       const HostTime now{monotonic_now_ns()};
       // A cancelled call ends at once; meanwhile there is nothing else to be on time for.
@@ -142,8 +142,8 @@ class GrpcSource final : public Source {
   const std::string host_port_;
   const ProbeOptions options_;
   const std::shared_ptr<grpc::ChannelCredentials> credentials_;
-  Intake& intake_;
-  BackOff back_off_;
+  DescriptorReceiver& receiver_;
+  Backoff backoff_;
   grpc::CompletionQueue queue_;
   std::mutex channel_mutex_;
   std::shared_ptr<grpc::Channel> channel_;
@@ -153,8 +153,8 @@ class GrpcSource final : public Source {
 
 }  // namespace
 
-std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options, Intake& intake) {
-  return std::make_unique<GrpcSource>(address, options, intake);
+std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver) {
+  return std::make_unique<GrpcSource>(address, options, receiver);
 }
 
 }  // namespace lightwell::core

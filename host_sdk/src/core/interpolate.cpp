@@ -8,7 +8,7 @@
 
 #include <lightwell/harmonics.hpp>
 
-#include "core/light_transport.hpp"
+#include "core/light_rotation.hpp"
 #include "core/receiver_lights.hpp"
 
 namespace lightwell::core {
@@ -38,8 +38,8 @@ Light between(const Light& a, const Light& b, float f) {
   out.direction = vec_cast<float>(normalized(direction));
   out.irradiance = a.irradiance * (1 - f) + b.irradiance * f;
   out.angular_radius_rad = blend(a.angular_radius_rad, b.angular_radius_rad, f);
-  const auto from_a = carried_covariance(a.direction_covariance, a.direction, forward, out.direction);
-  const auto from_b = carried_covariance(b.direction_covariance, b.direction, backward, out.direction);
+  const auto from_a = transport_covariance(a.direction_covariance, a.direction, forward, out.direction);
+  const auto from_b = transport_covariance(b.direction_covariance, b.direction, backward, out.direction);
   for (std::size_t i = 0; i < 3; ++i) out.direction_covariance[i] = blend(from_a[i], from_b[i], f);
   return out;
 }

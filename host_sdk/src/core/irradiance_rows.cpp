@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Squares of lengths that a float holds with all its digits; others take the slow way.
-constexpr float kShortest2 = 1e-30F, kLongest2 = 1e30F;
+constexpr float kMinLength2 = 1e-30F, kMaxLength2 = 1e30F;
 /// Float cosines this close to where a cap meets the horizon are looked at in double.
 constexpr float kCosineError = 1e-6F;
 
@@ -123,7 +123,7 @@ std::size_t IrradianceRows(const IrradianceSh& sh, std::span<const ReceiverLight
     V x, y, z;
     hn::LoadInterleaved3(d, reinterpret_cast<const float*>(normals.data() + at), x, y, z);
     const V length2 = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
-    if (!hn::AllTrue(d, hn::And(hn::Ge(length2, hn::Set(d, kShortest2)), hn::Le(length2, hn::Set(d, kLongest2))))) {
+    if (!hn::AllTrue(d, hn::And(hn::Ge(length2, hn::Set(d, kMinLength2)), hn::Le(length2, hn::Set(d, kMaxLength2))))) {
       for (std::size_t i = at; i < at + lanes; ++i) slowly(i);
       continue;
     }

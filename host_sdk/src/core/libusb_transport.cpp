@@ -30,7 +30,7 @@ static_assert(kTransfersInFlight * kTransferBytes > kMaxFrameBytes);
 constexpr unsigned kSendTimeoutMs = 1000;
 /// Errors of the bus come singly. Where nothing arrives between so many, the connection is made anew.
 constexpr int kMaxErrorsInRow = 5;
-constexpr Duration kCloseLimit{900'000'000};
+constexpr Duration kCloseTimeout{900'000'000};
 
 std::string text_of(int error) { return libusb_strerror(static_cast<libusb_error>(error)); }
 
@@ -129,7 +129,7 @@ class LibusbTransport final : public UsbTransport {
 
   Status open(const std::string& serial) override {
     close();
-    if (Status found = find(serial); !found.ok() && !(found = look_anew(serial, found)).ok()) return found;
+    if (Status found = find(serial); !found.ok() && !(found = rescan(serial, found)).ok()) return found;
     if (const int error = libusb_claim_interface(handle_.get(), interface_.number); error != 0) {
       handle_.reset();
       return error == LIBUSB_ERROR_BUSY
@@ -160,7 +160,7 @@ class LibusbTransport final : public UsbTransport {
     };
     for (const auto& t : in_) cancel(t.get());
     cancel(out_.get());
-    const std::int64_t end = monotonic_now_ns() + kCloseLimit.ns;
+    const std::int64_t end = monotonic_now_ns() + kCloseTimeout.ns;
     while (any_under_way() && monotonic_now_ns() < end) handle_events({100'000'000});
     if (any_under_way()) {
       // libusb still writes into that memory: it is given up, not given back.
@@ -258,7 +258,7 @@ class LibusbTransport final : public UsbTransport {
   /// libusb looks through the buses as it begins; later it believes udev's events, and where no udevd runs (in a
   /// container, say) there are none: a probe that was plugged in again would never be seen. So it begins anew. `found`:
   /// what it said.
-  [[nodiscard]] Status look_anew(const std::string& serial, const Status& found) {
+  [[nodiscard]] Status rescan(const std::string& serial, const Status& found) {
     const bool absent = found.code() == StatusCode::not_found || found.code() == StatusCode::unavailable;
     if (!absent || given_up_) return found;
     end_context();

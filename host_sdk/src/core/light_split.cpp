@@ -38,8 +38,8 @@ double luminance(const Triple& c) { return luminance_of(c[0], c[1], c[2]); }
 
 /// Fits into a float, and so does a thousand times as much (ARKit's neutral intensity).
 bool presentable(const Triple& c) {
-  constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max()) / 1e4;
-  return std::all_of(c.begin(), c.end(), [](double v) { return std::abs(v) <= kLargest; });
+  constexpr double kMaxChannel = static_cast<double>(std::numeric_limits<float>::max()) / 1e4;
+  return std::all_of(c.begin(), c.end(), [](double v) { return std::abs(v) <= kMaxChannel; });
 }
 
 void add(Triple& sum, const Triple& c, double factor) {
@@ -47,15 +47,15 @@ void add(Triple& sum, const Triple& c, double factor) {
 }
 
 /// A light after the colour map, with what its cap does to each band.
-struct Lamp {
+struct MappedLight {
   Vec3d towards;  ///< Our axes.
   Triple irradiance{};
   double rho = 0;
   std::array<double, kBand + 1> zonal{1, 1, 1};
 };
 
-Lamp lamp_of(const Light& light, const ColorMatrix& color) {
-  Lamp out{normalized(vec_cast<double>(light.direction)), mapped(color, light.irradiance),
+MappedLight mapped_light(const Light& light, const ColorMatrix& color) {
+  MappedLight out{normalized(vec_cast<double>(light.direction)), mapped(color, light.irradiance),
            static_cast<double>(light.angular_radius_rad)};
   for (int l = 0; l <= kBand; ++l) out.zonal[static_cast<std::size_t>(l)] = cap_zonal(l, out.rho);
   return out;
@@ -70,7 +70,7 @@ Basis basis_at(Vec3d d) {
 }
 
 /// Adds a light's own coefficients, each band times its factor.
-void add_lamp(NineCoefficients& sum, Vec3d towards, const Triple& irradiance,
+void add_light(NineCoefficients& sum, Vec3d towards, const Triple& irradiance,
               const std::array<double, kBand + 1>& band_factor) {
   const Basis y = basis_at(towards);
   for (std::size_t i = 0; i < kCount; ++i)
@@ -122,7 +122,7 @@ const std::array<double, kMaxBand + 1>& cosine_lobes() {
 }
 
 /// All in our axes. `kept` and `main` are what the target has.
-float residual_of(const Descriptor& descriptor, std::span<const Lamp> lamps, const ColorMatrix& color,
+float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lamps, const ColorMatrix& color,
                   const NineCoefficients& kept, const std::optional<DirectionalLight>& main) {
   const RadianceSh& sh = descriptor.radiance;
   const auto& lobe = cosine_lobes();
@@ -139,7 +139,7 @@ float residual_of(const Descriptor& descriptor, std::span<const Lamp> lamps, con
         for (int k = 0; k < 3; ++k) ours[static_cast<std::size_t>(k)] += weight * static_cast<double>(sh.c[at][k]);
       }
     Triple truth = mapped(color, ours[0], ours[1], ours[2]);
-    for (const Lamp& lamp : lamps) add(truth, lamp.irradiance, cap_irradiance(dot(lamp.towards, n), lamp.rho));
+    for (const MappedLight& lamp : lamps) add(truth, lamp.irradiance, cap_irradiance(dot(lamp.towards, n), lamp.rho));
     for (std::size_t c = 0; c < kCount; ++c) add(target, kept[c], lobe[static_cast<std::size_t>(band_of(c))] * y[c]);
     if (main) add(target, main->irradiance, std::max(0.0, dot(main->towards, n)));
     for (std::size_t k = 0; k < 3; ++k) {
@@ -151,21 +151,21 @@ float residual_of(const Descriptor& descriptor, std::span<const Lamp> lamps, con
   return squared_truth > 0 ? static_cast<float>(std::sqrt(squared_error / squared_truth)) : 0.0F;
 }
 
-std::vector<Lamp> lamps_of(const Lighting& lighting, const ColorMatrix& color) {
-  std::vector<Lamp> lamps;
+std::vector<MappedLight> mapped_lights(const Lighting& lighting, const ColorMatrix& color) {
+  std::vector<MappedLight> lamps;
   lamps.reserve(lighting.lights().size());
-  for (const Light& light : lighting.lights()) lamps.push_back(lamp_of(light, color));
+  for (const Light& light : lighting.lights()) lamps.push_back(mapped_light(light, color));
   return lamps;
 }
 
-const Lamp* brightest(std::span<const Lamp> lamps) {
-  const auto found = std::max_element(lamps.begin(), lamps.end(), [](const Lamp& a, const Lamp& b) {
+const MappedLight* brightest(std::span<const MappedLight> lamps) {
+  const auto found = std::max_element(lamps.begin(), lamps.end(), [](const MappedLight& a, const MappedLight& b) {
     return luminance(a.irradiance) < luminance(b.irradiance);
   });
   return found == lamps.end() ? nullptr : &*found;
 }
 
-std::optional<DirectionalLight> directional(const Lamp* lamp) {
+std::optional<DirectionalLight> directional(const MappedLight* lamp) {
   if (lamp == nullptr) return std::nullopt;
   DirectionalLight out{lamp->towards, {}, lamp->rho};
   for (std::size_t k = 0; k < 3; ++k) out.irradiance[k] = std::max(0.0, lamp->irradiance[k]);
@@ -198,13 +198,13 @@ SplitLight split(const Lighting& lighting, MainLight main, const Axes& axes, con
   NineCoefficients kept{};
   for (std::size_t i = 0; i < kCount && static_cast<int>(i) < descriptor.radiance.count(); ++i)
     kept[i] = mapped(options.color, descriptor.radiance.c[i]);
-  const std::vector<Lamp> lamps = lamps_of(lighting, options.color);
-  const Lamp* apart = main == MainLight::apart ? brightest(lamps) : nullptr;
+  const std::vector<MappedLight> lamps = mapped_lights(lighting, options.color);
+  const MappedLight* apart = main == MainLight::apart ? brightest(lamps) : nullptr;
   std::optional<DirectionalLight> taken = directional(apart);
-  for (const Lamp& lamp : lamps) {
-    add_lamp(kept, lamp.towards, lamp.irradiance, lamp.zonal);
+  for (const MappedLight& lamp : lamps) {
+    add_light(kept, lamp.towards, lamp.irradiance, lamp.zonal);
     // The target adds it as a point: what that is in bands 0 to 2 is taken out again.
-    if (taken && &lamp == apart) add_lamp(kept, lamp.towards, taken->irradiance, {-1, -1, -1});
+    if (taken && &lamp == apart) add_light(kept, lamp.towards, taken->irradiance, {-1, -1, -1});
   }
   if (!std::all_of(kept.begin(), kept.end(), presentable) || (taken && !presentable(taken->irradiance))) {
     out.validity = Validity::invalid_query;
@@ -219,7 +219,7 @@ SplitLight split(const Lighting& lighting, MainLight main, const Axes& axes, con
 
 std::optional<DirectionalLight> strongest(const Lighting& lighting, const Axes& axes,
                                           const ConversionOptions& options) {
-  const std::vector<Lamp> lamps = lamps_of(lighting, options.color);
+  const std::vector<MappedLight> lamps = mapped_lights(lighting, options.color);
   std::optional<DirectionalLight> out = directional(brightest(lamps));
   if (out) out->towards = axes.of(out->towards);
   return out;

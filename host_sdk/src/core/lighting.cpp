@@ -10,7 +10,7 @@
 #include <lightwell/query.hpp>
 
 #include "core/irradiance_rows.hpp"
-#include "core/light_transport.hpp"
+#include "core/light_rotation.hpp"
 #include "core/sample.hpp"
 
 namespace lightwell {
@@ -47,7 +47,7 @@ Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity
 
 Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
   core::Sample made = core::sample_of(std::move(descriptor));
-  core::EnvironmentKeeper keeper;
+  core::EnvironmentAssembler keeper;
   (void)keeper.take(made.descriptor);
   made.environment = keeper.map_for(made.descriptor);
   core::reconstruct_radiance(made);
@@ -90,7 +90,7 @@ std::span<const Light> Lighting::lights() const { return descriptor().lights; }
 
 std::optional<EnvironmentView> Lighting::environment() const {
   if (!sample_ || !sample_->environment) return std::nullopt;
-  const core::KeptEnvironment& kept = *sample_->environment;
+  const core::EnvironmentSnapshot& kept = *sample_->environment;
   return EnvironmentView{kept.map, sample_->environment_rotation, kept.sequence,
                          sample_->descriptor.time.mid_exposure - kept.mid_exposure};
 }
@@ -144,7 +144,7 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
     return out;
   }
   const std::optional<RadianceReconstruction>& reconstruction = sample_->reconstruction;
-  const core::KeptEnvironment* const kept = sample_->environment.get();
+  const core::EnvironmentSnapshot* const kept = sample_->environment.get();
   const auto without_lights = [&](float roughness, const std::array<double, kMaxBand + 1>& lobe) {
     if (kept == nullptr) return reconstruction ? radiance_at(*reconstruction, d, roughness, lobe) : Radiance{};
     const Vec3f in_map = rotate(sample_->environment_rotation.inverse(), d);
@@ -186,7 +186,7 @@ Lighting Lighting::in_world(const UncertainPose& T_world_probe) const {
   if (!turned.sample_) return turned;
   core::Sample out = *turned.sample_;
   for (Light& light : out.descriptor.lights)
-    light.direction_covariance = core::doubted(light, T_world_probe.covariance);
+    light.direction_covariance = core::add_pose_noise(light, T_world_probe.covariance);
   turned.sample_ = std::make_shared<const core::Sample>(std::move(out));
   return turned;
 }

@@ -39,9 +39,9 @@ bool is_mdns_name(const std::string& host_port) {
 namespace {
 
 /// A machine that is there answers within a tenth of that.
-constexpr Duration kPatience{1'000'000'000};
+constexpr Duration kTimeout{1'000'000'000};
 /// How long one that has told an IPv6 address is waited for to tell one of IPv4.
-constexpr Duration kOtherFamily{300'000'000};
+constexpr Duration kIpv4Grace{300'000'000};
 
 struct FreePoll {
   void operator()(AvahiSimplePoll* poll) const { avahi_simple_poll_free(poll); }
@@ -94,11 +94,11 @@ std::optional<std::string> mdns_address(const std::string& host_port, const std:
                                      AvahiLookupFlags{}, Answers::take, &answers) != nullptr)
       ++answers.open;
   const std::int64_t begin = monotonic_now_ns();
-  std::int64_t end = begin + kPatience.ns;
+  std::int64_t end = begin + kTimeout.ns;
   const auto stopped = [stopping] { return stopping != nullptr && *stopping; };
   while (!stopped() && !answers.gone && answers.v4.empty() && answers.open > 0 && monotonic_now_ns() < end) {
     if (avahi_simple_poll_iterate(poll.get(), 20) != 0) break;
-    if (!answers.v6.empty()) end = std::min(end, begin + kOtherFamily.ns);
+    if (!answers.v6.empty()) end = std::min(end, begin + kIpv4Grace.ns);
   }
   if (!answers.v4.empty()) return answers.v4 + port;
   if (!answers.v6.empty()) return "[" + answers.v6 + "]" + port;

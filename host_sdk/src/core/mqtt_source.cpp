@@ -20,7 +20,7 @@
 #include <lightwell/mqtt.hpp>
 #include <lightwell/status_codec.hpp>
 
-#include "core/arrival_gate.hpp"
+#include "core/replay_protection.hpp"
 #include "core/clock_map.hpp"
 #include "core/mqtt_login.hpp"
 #include "core/probe_info.hpp"
@@ -32,30 +32,30 @@ namespace {
 constexpr Duration kSecond{1'000'000'000};
 /// Round trips that follow each other at the start: the best of a few is a much better clock than one.
 constexpr int kFirstRoundTrips = 4;
-constexpr Duration kBetweenFirst{100'000'000};
+constexpr Duration kFirstPollPeriod{100'000'000};
 /// From then on: clocks drift by 6 ms at most in between. Thousands of clients do not ask more often than a probe
 /// answers.
-constexpr Duration kBetweenLater{60'000'000'000};
-constexpr Duration kAnswerLimit{1'000'000'000};
+constexpr Duration kPollPeriod{60'000'000'000};
+constexpr Duration kResponseTimeout{1'000'000'000};
 constexpr Duration kRetryMin{500'000'000}, kRetryMax{8'000'000'000};
 /// A probe that is there has its status retained: it comes with the subscription.
-constexpr Duration kStatusLimit{500'000'000};
+constexpr Duration kStatusTimeout{500'000'000};
 
-struct Question {
+struct PendingRequest {
   std::array<std::byte, 16> correlation{};
   HostTime sent;
 };
 
 /// All that the thread uses. It may outlive the source by as long as the system's resolver takes to give a name up, and
 /// then touches nothing else.
-class Follower {
+class SubscriberThread {
  public:
-  Follower(const MqttAddress& address, const ProbeOptions& options, Intake& intake)
+  SubscriberThread(const MqttAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver)
       : base_(address.base),
         topics_(address.base),
         reply_topic_(topics_.replies + random_name()),
         silence_limit_(options.silence_limit),
-        intake_(intake),
+        receiver_(receiver),
         retry_(kRetryMin, kRetryMax, std::random_device{}()),
         random_(std::random_device{}()),
         session_(session_options(address, options)) {}
@@ -63,7 +63,7 @@ class Follower {
   void run() {
     set_state(LinkState::connecting);
     while (!stopping_) {
-      session_.turn(until_due());
+      session_.run_once(until_due());
       if (!stopping_) on_time({monotonic_now_ns()});
     }
     const std::lock_guard lock(mutex_);
@@ -77,7 +77,7 @@ class Follower {
     stopping_ = true;
     session_.wake();
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::milliseconds(900), [&] { return ended_; }) || !session_.looking_up();
+    return changed_.wait_for(lock, std::chrono::milliseconds(900), [&] { return ended_; }) || !session_.resolving();
   }
 
  private:
@@ -101,17 +101,17 @@ class Follower {
   // What the broker brings.
 
   void on_connected() {
-    connected_at_ = last_heard_ = {monotonic_now_ns()};
+    connected_at_ = last_received_ = {monotonic_now_ns()};
     status_ = StatusOf::unknown;
     question_.reset();
-    told_silence_ = false;
+    timeout_reported_ = false;
   }
 
   void on_lost(const std::string& why) {
     // The thread may have come out of the resolver long after the source went.
     if (stopping_) return;
     question_.reset();
-    intake_.report_error(why);
+    receiver_.report_error(why);
     set_state(LinkState::waiting);
   }
 
@@ -129,9 +129,9 @@ class Follower {
 
   void on_descriptor(std::span<const std::byte> bytes, HostTime received) {
     if (bytes.size() > kMaxDescriptorBytes) {
-      intake_.refuse_oversized(bytes.size());
-    } else if (clock_trusted_) {
-      last_heard_ = received;
+      receiver_.refuse_oversized(bytes.size());
+    } else if (clock_synchronized_) {
+      last_received_ = received;
       take(bytes, received);
     } else {
       // Retained, perhaps long ago: how old it is will be known with the clock.
@@ -147,28 +147,28 @@ class Follower {
       if (!mapped && !question_) next_question_ = std::min(next_question_, std::max(last_answer_ + kSecond, received));
       return mapped;
     };
-    intake_.take(bytes, received, when);
+    receiver_.take(bytes, received, when);
   }
 
   void on_status(std::span<const std::byte> bytes, HostTime received) {
     if (bytes.size() > kMaxMqttStatusBytes) {
-      intake_.refuse("a status of " + std::to_string(bytes.size()) + " bytes");
+      receiver_.refuse("a status of " + std::to_string(bytes.size()) + " bytes");
       return;
     }
     if (std::ranges::equal(bytes, std::as_bytes(std::span(kMqttGone)))) {
       status_ = StatusOf::gone;
-      clock_trusted_ = false;
+      clock_synchronized_ = false;
       question_.reset();
-      intake_.report_error("the probe has left " + base_ + ": it was stopped, or the broker lost it");
+      receiver_.report_error("the probe has left " + base_ + ": it was stopped, or the broker lost it");
       set_state(LinkState::gone);
       return;
     }
     Result<StatusSnapshot> status = decode_status(bytes);
     if (!status.ok()) {
-      intake_.refuse(status.status().message());
+      receiver_.refuse(status.status().message());
       return;
     }
-    last_heard_ = received;
+    last_received_ = received;
     snapshot_ = std::move(*status);
     if (status_ != StatusOf::alive) {
       status_ = StatusOf::alive;
@@ -181,14 +181,14 @@ class Follower {
 
   void on_answer(const MqttMessage& message, HostTime received) {
     if (!question_ || !std::ranges::equal(message.correlation, question_->correlation)) {
-      intake_.refuse("an answer to no question");
+      receiver_.refuse("an answer to no question");
       return;
     }
     const Result<ProbeTime> clock = message.payload.size() <= kMaxMqttStatusBytes
                                         ? decode_clock(message.payload)
                                         : Status(StatusCode::data_loss, "clock: an answer that is too long");
     if (!clock.ok()) {
-      intake_.refuse(clock.status().message());
+      receiver_.refuse(clock.status().message());
       return;
     }
     const std::optional<Duration> before = clock_.known() ? std::optional(clock_.offset(received)) : std::nullopt;
@@ -197,14 +197,14 @@ class Follower {
     // The probe's clock was set anew: it rebooted, or another one took its place.
     if (before && std::llabs((clock_.offset(received) - *before).ns) > doubt.ns) {
       gate_.forget();
-      intake_.begin_anew();
+      receiver_.reset_sequence();
     }
     question_.reset();
     retry_.reset();
-    clock_trusted_ = true;
-    last_answer_ = last_heard_ = received;
+    clock_synchronized_ = true;
+    last_answer_ = last_received_ = received;
     ++round_trips_;
-    next_question_ = received + jittered(round_trips_ < kFirstRoundTrips ? kBetweenFirst : kBetweenLater);
+    next_question_ = received + jittered(round_trips_ < kFirstRoundTrips ? kFirstPollPeriod : kPollPeriod);
     describe(received);
     if (!held_.empty()) take(held_, held_received_);
     held_.clear();
@@ -216,46 +216,46 @@ class Follower {
     if (!session_.connected()) return kSecond;
     const HostTime now{monotonic_now_ns()};
     HostTime due = now + kSecond;
-    if (status_ == StatusOf::unknown && !told_silence_) due = connected_at_ + kStatusLimit;
+    if (status_ == StatusOf::unknown && !timeout_reported_) due = connected_at_ + kStatusTimeout;
     if (status_ == StatusOf::alive) {
-      due = std::min(due, question_ ? question_->sent + kAnswerLimit : next_question_);
-      if (!told_silence_) due = std::min(due, last_heard_ + silence_limit_);
+      due = std::min(due, question_ ? question_->sent + kResponseTimeout : next_question_);
+      if (!timeout_reported_) due = std::min(due, last_received_ + silence_limit_);
     }
     return std::clamp(due - now, Duration{1'000'000}, kSecond);
   }
 
   void on_time(HostTime now) {
     if (!session_.connected()) return;
-    if (status_ == StatusOf::unknown && now > connected_at_ + kStatusLimit && !told_silence_) {
-      told_silence_ = true;
-      intake_.report_error("no probe has published below " + base_ + " at this broker");
+    if (status_ == StatusOf::unknown && now > connected_at_ + kStatusTimeout && !timeout_reported_) {
+      timeout_reported_ = true;
+      receiver_.report_error("no probe has published below " + base_ + " at this broker");
     }
     if (status_ != StatusOf::alive) return;
-    if (question_ && now > question_->sent + kAnswerLimit) {
+    if (question_ && now > question_->sent + kResponseTimeout) {
       question_.reset();
       next_question_ = now + retry_.next();
-      if (!clock_trusted_) intake_.report_error("the probe does not tell its clock, so no age is known");
+      if (!clock_synchronized_) receiver_.report_error("the probe does not tell its clock, so no age is known");
     }
     if (!question_ && now >= next_question_) ask(now);
-    if (!clock_trusted_) return;
-    if (now > last_heard_ + silence_limit_) {
-      if (!told_silence_) intake_.report_error("the probe fell silent");
-      told_silence_ = true;
+    if (!clock_synchronized_) return;
+    if (now > last_received_ + silence_limit_) {
+      if (!timeout_reported_) receiver_.report_error("the probe fell silent");
+      timeout_reported_ = true;
       set_state(LinkState::waiting);
     } else {
-      told_silence_ = false;
+      timeout_reported_ = false;
       set_state(LinkState::connected);
     }
   }
 
   void set_state(LinkState state) {
-    if (state != state_) intake_.set_state(state);
+    if (state != state_) receiver_.set_state(state);
     state_ = state;
   }
 
   void ask(HostTime now) {
     std::random_device unpredictable;
-    Question question;
+    PendingRequest question;
     for (std::byte& b : question.correlation) b = static_cast<std::byte>(unpredictable());
     question.sent = {monotonic_now_ns()};
     if (session_.ask(topics_.clock, reply_topic_, question.correlation))
@@ -265,8 +265,8 @@ class Follower {
   }
 
   void describe(HostTime now) {
-    if (!clock_trusted_ || status_ != StatusOf::alive) return;
-    intake_.describe(probe_info(snapshot_, clock_, now));
+    if (!clock_synchronized_ || status_ != StatusOf::alive) return;
+    receiver_.describe(probe_info(snapshot_, clock_, now));
   }
 
   [[nodiscard]] Duration jittered(Duration mean) {
@@ -280,22 +280,22 @@ class Follower {
   const MqttTopics topics_;
   const std::string reply_topic_;
   const Duration silence_limit_;
-  Intake& intake_;
-  BackOff retry_;
+  DescriptorReceiver& receiver_;
+  Backoff retry_;
   std::minstd_rand random_;
 
   StatusOf status_ = StatusOf::unknown;
   StatusSnapshot snapshot_;
-  HostTime connected_at_, last_heard_, last_answer_, next_question_;
-  bool told_silence_ = false;
+  HostTime connected_at_, last_received_, last_answer_, next_question_;
+  bool timeout_reported_ = false;
   std::optional<LinkState> state_;
 
   ClockMap clock_;
   /// An answer of this probe has come since it was last said to be gone.
-  bool clock_trusted_ = false;
-  std::optional<Question> question_;
+  bool clock_synchronized_ = false;
+  std::optional<PendingRequest> question_;
   int round_trips_ = 0;
-  ArrivalGate gate_;
+  ReplayProtection gate_;
   std::vector<std::byte> held_;  ///< The last descriptor that came without a trusted clock.
   HostTime held_received_;
 
@@ -309,14 +309,14 @@ class Follower {
 
 class MqttSource final : public Source {
  public:
-  MqttSource(const MqttAddress& address, const ProbeOptions& options, Intake& intake)
+  MqttSource(const MqttAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver)
       : uri_(address.uri()),
-        follower_(std::make_shared<Follower>(address, options, intake)),
-        thread_([follower = follower_] { follower->run(); }) {}
+        subscriber_(std::make_shared<SubscriberThread>(address, options, receiver)),
+        thread_([follower = subscriber_] { follower->run(); }) {}
 
   ~MqttSource() override {
     // A resolver that hangs keeps the thread.
-    follower_->stop() ? thread_.join() : thread_.detach();
+    subscriber_->stop() ? thread_.join() : thread_.detach();
   }
 
   Result<EstimatorState> estimator() override { return no_commands(); }
@@ -332,14 +332,14 @@ class MqttSource final : public Source {
   }
 
   const std::string uri_;
-  const std::shared_ptr<Follower> follower_;
+  const std::shared_ptr<SubscriberThread> subscriber_;
   std::thread thread_;
 };
 
 }  // namespace
 
-std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options, Intake& intake) {
-  return std::make_unique<MqttSource>(address, options, intake);
+std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver) {
+  return std::make_unique<MqttSource>(address, options, receiver);
 }
 
 }  // namespace lightwell::core

@@ -6,7 +6,7 @@
 #include <lightwell/probe.hpp>
 
 #include "core/credential_store.hpp"
-#include "core/intake.hpp"
+#include "core/descriptor_receiver.hpp"
 #include "core/source.hpp"
 #include "core/uri.hpp"
 
@@ -14,9 +14,9 @@ namespace lightwell {
 
 namespace {
 
-constexpr const char* kAsk =
+constexpr const char* kUnreachableHint =
     "; is lightwelld running there, and is its grpc.listen an address that this machine reaches?";
-constexpr const char* kAskTls =
+constexpr const char* kUnreachableTlsHint =
     "; is lightwelld running there with grpc.security, and was it paired with (`lightwell pair`)? One that wants "
     "certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection of a client whose own is missing, expired or of "
     "another authority";
@@ -68,8 +68,8 @@ std::string named(std::string_view uri) { return std::string(uri) + (uri.ends_wi
 }  // namespace
 
 struct Probe::Impl {
-  explicit Impl(const ProbeOptions& options) : intake(options), T_world_probe(options.T_world_probe) {}
-  core::Intake intake;
+  explicit Impl(const ProbeOptions& options) : receiver(options), T_world_probe(options.T_world_probe) {}
+  core::DescriptorReceiver receiver;
   const std::optional<UncertainPose> T_world_probe;
   std::unique_ptr<core::Source> source;  // behind the intake, so that its thread ends first
 };
@@ -86,16 +86,16 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
 
   auto impl = std::make_unique<Impl>(options);
   if (const auto* replay = std::get_if<core::ReplayPath>(&*where)) {
-    Result<std::unique_ptr<core::Source>> source = core::make_replay_source(*replay, impl->intake);
+    Result<std::unique_ptr<core::Source>> source = core::make_replay_source(*replay, impl->receiver);
     if (!source.ok()) return source.status();
     impl->source = std::move(*source);
     return Probe(std::move(impl));
   }
   if (const auto* usb = std::get_if<core::UsbAddress>(&*where)) {
-    Result<std::unique_ptr<core::Source>> source = core::make_usb_source(*usb, options, impl->intake);
+    Result<std::unique_ptr<core::Source>> source = core::make_usb_source(*usb, options, impl->receiver);
     if (!source.ok()) return Status(source.status().code(), named(uri) + source.status().message());
     impl->source = std::move(*source);
-    const Status described = impl->intake.wait_until_described(options.connect_timeout);
+    const Status described = impl->receiver.wait_until_described(options.connect_timeout);
     if (!described.ok())
       return Status(described.code(), named(uri) + described.message() +
                                           "; is the probe plugged in with a cable that carries data, and does its "
@@ -109,11 +109,11 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   if (!credentials.ok())
     return Status(credentials.status().code(), std::string(uri) + ": " + credentials.status().message());
   options.credentials = std::move(*credentials);
-  impl->source = core::make_grpc_source(address, options, impl->intake);
-  const Status described = impl->intake.wait_until_described(options.connect_timeout);
+  impl->source = core::make_grpc_source(address, options, impl->receiver);
+  const Status described = impl->receiver.wait_until_described(options.connect_timeout);
   if (!described.ok())
     return Status(described.code(), std::string(uri) + ": " + described.message() +
-                                        (address.transport == core::Transport::tls ? kAskTls : kAsk));
+                                        (address.transport == core::Transport::tls ? kUnreachableTlsHint : kUnreachableHint));
   return Probe(std::move(impl));
 }
 
@@ -122,8 +122,8 @@ Result<Probe> Probe::connect_at_broker(const MqttAddress& broker, [[maybe_unused
 #ifdef LIGHTWELL_HAVE_MQTT
   if (const Status s = check_plain_login(broker); !options.mqtt.user.empty() && !s.ok())
     return Status(s.code(), broker.uri() + ": " + s.message());
-  impl->source = core::make_mqtt_source(broker, options, impl->intake);
-  const Status described = impl->intake.wait_until_described(options.connect_timeout);
+  impl->source = core::make_mqtt_source(broker, options, impl->receiver);
+  const Status described = impl->receiver.wait_until_described(options.connect_timeout);
   if (!described.ok()) return Status(described.code(), broker.uri() + ": " + described.message());
   return Probe(std::move(impl));
 #else
@@ -132,7 +132,7 @@ Result<Probe> Probe::connect_at_broker(const MqttAddress& broker, [[maybe_unused
 #endif
 }
 
-Lighting Probe::latest() const { return impl_->intake.latest({monotonic_now_ns()}); }
+Lighting Probe::latest() const { return impl_->receiver.latest({monotonic_now_ns()}); }
 Lighting Probe::latest_in_world() const {
   const Lighting light = latest();
   const UncertainPose* T_world_probe = impl_->T_world_probe ? &*impl_->T_world_probe : light.mounting();
@@ -144,15 +144,15 @@ Lighting Probe::latest_in_world() const {
             Lighting::kDefaultMaxAge};
   return light.in_world(*T_world_probe);
 }
-Lighting Probe::at(HostTime time) const { return impl_->intake.at(time); }
+Lighting Probe::at(HostTime time) const { return impl_->receiver.at(time); }
 
 Result<Lighting> Probe::wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const {
-  if (Status status = impl_->intake.wait_for_next(seen, timeout); !status.ok()) return status;
+  if (Status status = impl_->receiver.wait_for_next(seen, timeout); !status.ok()) return status;
   return latest();
 }
 
-ProbeInfo Probe::info() const { return impl_->intake.info(); }
-LinkStats Probe::stats() const { return impl_->intake.stats(); }
+ProbeInfo Probe::info() const { return impl_->receiver.info(); }
+LinkStats Probe::stats() const { return impl_->receiver.stats(); }
 
 Result<EstimatorConfig> Probe::estimator_config() const {
   const Result<EstimatorState> state = impl_->source->estimator();

@@ -54,8 +54,8 @@ class ReplayClock {
 
 class ReplaySource final : public Source {
  public:
-  ReplaySource(RecordReader reader, double speed, Intake& intake)
-      : reader_(std::move(reader)), speed_(speed), intake_(intake), thread_([this] { play(); }) {}
+  ReplaySource(RecordReader reader, double speed, DescriptorReceiver& receiver)
+      : reader_(std::move(reader)), speed_(speed), receiver_(receiver), thread_([this] { play(); }) {}
 
   ~ReplaySource() override {
     {
@@ -77,26 +77,26 @@ class ReplaySource final : public Source {
   }
 
   void play() {
-    intake_.set_state(LinkState::connected);
+    receiver_.set_state(LinkState::connected);
     ReplayClock clock(speed_);
     Record record;
     while (reader_.next(record)) {
       if (stopped_before(clock.due(record.time_ns))) return;
       if (record.payload.size() > kMaxDescriptorBytes) {
-        intake_.refuse_oversized(record.payload.size());
+        receiver_.refuse_oversized(record.payload.size());
         continue;
       }
       const HostTime received{monotonic_now_ns()};
       // Whoever recorded may have seen the probe start again; a file is not sent again by anybody.
-      intake_.begin_anew();
-      intake_.take(record.payload, received, [&](const CaptureTime& time) {
+      receiver_.reset_sequence();
+      receiver_.take(record.payload, received, [&](const CaptureTime& time) {
         return MappedTime{clock.host_time(time, received), {}};
       });
     }
     if (reader_.torn_bytes() > 0)
-      intake_.report_error("the recording was cut off: its last " + std::to_string(reader_.torn_bytes()) +
+      receiver_.report_error("the recording was cut off: its last " + std::to_string(reader_.torn_bytes()) +
                            " bytes are no whole record");
-    intake_.set_state(LinkState::ended);
+    receiver_.set_state(LinkState::ended);
   }
 
   /// Sleeps until `due`; true where the destructor came first.
@@ -108,7 +108,7 @@ class ReplaySource final : public Source {
 
   RecordReader reader_;
   const double speed_;
-  Intake& intake_;
+  DescriptorReceiver& receiver_;
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;
@@ -117,7 +117,7 @@ class ReplaySource final : public Source {
 
 }  // namespace
 
-Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, Intake& intake) {
+Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, DescriptorReceiver& receiver) {
   Result<RecordReader> reader = RecordReader::open(replay.path);
   if (!reader.ok()) return reader.status();
   const RecordingHeader& header = reader->header();
@@ -136,8 +136,8 @@ Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, Int
       info.calibration_id = descriptor->calibration_id;
     }
   reader->rewind();
-  intake.describe(info);
-  return std::unique_ptr<Source>(std::make_unique<ReplaySource>(std::move(*reader), replay.speed, intake));
+  receiver.describe(info);
+  return std::unique_ptr<Source>(std::make_unique<ReplaySource>(std::move(*reader), replay.speed, receiver));
 }
 
 }  // namespace lightwell::core

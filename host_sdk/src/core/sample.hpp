@@ -13,7 +13,7 @@
 #include <lightwell/time.hpp>
 #include <lightwell/uncertain_pose.hpp>
 
-#include "core/environment_keeper.hpp"
+#include "core/environment_assembler.hpp"
 #include "core/receiver_lights.hpp"
 
 namespace lightwell::core {
@@ -28,7 +28,7 @@ struct Sample {
   HostTime received;
   std::size_t encoded_bytes = 0;
   /// The map that held when this was so, whichever message brought it; null where there was none.
-  std::shared_ptr<const KeptEnvironment> environment;
+  std::shared_ptr<const EnvironmentSnapshot> environment;
   /// What radiance() is answered from where there is no map; none where there is one: see reconstruct_radiance().
   std::optional<RadianceReconstruction> reconstruction;
   /// Where the probe said that it hangs, while its frame is the descriptor's; null where it did not.

@@ -10,12 +10,12 @@
 #include <lightwell/probe.hpp>
 #include <lightwell/result.hpp>
 
-#include "core/intake.hpp"
+#include "core/descriptor_receiver.hpp"
 #include "core/uri.hpp"
 
 namespace lightwell::core {
 
-/// Owns one reader thread that feeds an Intake, from construction to destruction. The destructor
+/// Owns one reader thread that feeds an DescriptorReceiver, from construction to destruction. The destructor
 /// ends it within a second.
 class Source {
  public:
@@ -48,19 +48,19 @@ class Source {
               "they stay as they were; update lightwelld there"};
 }
 
-/// Begins to connect; Intake::describe() tells of success. The intake outlives the source.
+/// Begins to connect; DescriptorReceiver::describe() tells of success. The intake outlives the source.
 [[nodiscard]] std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
-                                                       Intake& intake);
+                                                       DescriptorReceiver& receiver);
 
 /// As make_grpc_source(), by libusb. The errors of make_libusb_transport().
 [[nodiscard]] Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,
-                                                              Intake& intake);
+                                                              DescriptorReceiver& receiver);
 
 /// The same at a broker. Only where the SDK was built with MQTT.
 [[nodiscard]] std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options,
-                                                       Intake& intake);
+                                                       DescriptorReceiver& receiver);
 
-/// The recording's errors; Intake::describe() was called where it is good.
-[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, Intake& intake);
+/// The recording's errors; DescriptorReceiver::describe() was called where it is good.
+[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, DescriptorReceiver& receiver);
 
 }  // namespace lightwell::core

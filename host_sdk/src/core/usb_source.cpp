@@ -16,7 +16,7 @@
 
 #include "core/clock_map.hpp"
 #include "core/probe_info.hpp"
-#include "core/usb_questions.hpp"
+#include "core/usb_requests.hpp"
 
 namespace lightwell::core {
 namespace {
@@ -26,11 +26,11 @@ constexpr Duration kInfoPeriod{1'000'000'000};
 constexpr Duration kFirstInfoPeriod{20'000'000};
 constexpr int kFirstRoundTrips = 8;
 /// An answer takes a few milliseconds; one that does not come was lost with its frame or with the question's.
-constexpr Duration kAnswerTimeout{250'000'000};
+constexpr Duration kResponseTimeout{250'000'000};
 
 /// What one connection knows, from open() to close().
-struct Conversation {
-  HostTime last_heard;
+struct UsbConnection {
+  HostTime last_received;
   HostTime next_info;
   std::optional<std::uint32_t> info_id;  ///< Of the question that waits for its answer.
   std::uint32_t sent_id = 0;             ///< Of the request that is on its way.
@@ -42,12 +42,12 @@ struct Conversation {
 class UsbSource final : public Source {
  public:
   UsbSource(std::unique_ptr<UsbTransport> transport, const UsbAddress& address, const ProbeOptions& options,
-            Intake& intake)
+            DescriptorReceiver& receiver)
       : transport_(std::move(transport)),
         address_(address),
         options_(options),
-        intake_(intake),
-        back_off_(options.retry_min, options.retry_max, std::random_device{}()),
+        receiver_(receiver),
+        backoff_(options.retry_min, options.retry_max, std::random_device{}()),
         writer_(std::random_device{}()),
         thread_([this] { follow(); }) {}
 
@@ -89,9 +89,9 @@ class UsbSource final : public Source {
   }
 
   /// What the probe refused is a failure here.
-  [[nodiscard]] Result<LinkResponse> tell(const UsbQuestions::Encode& encode) {
+  [[nodiscard]] Result<LinkResponse> tell(const UsbRequests::Encode& encode) {
     const Result<LinkResponse> answer =
-        questions_.ask(encode, options_.connect_timeout, [this] { transport_->wake(); });
+        requests_.ask(encode, options_.connect_timeout, [this] { transport_->wake(); });
     const Status status = answer ? answer->status : answer.status();
     if (!status.ok()) return Status(status.code(), name() + ": " + status.message());
     return answer;
@@ -99,17 +99,17 @@ class UsbSource final : public Source {
 
   void follow() {
     while (!stopping_) {
-      intake_.set_state(LinkState::connecting);
+      receiver_.set_state(LinkState::connecting);
       if (const Status opened = transport_->open(address_.serial); !opened.ok())
-        intake_.report_error(opened.message());
-      else if (converse())
-        back_off_.reset();
+        receiver_.report_error(opened.message());
+      else if (run_connection())
+        backoff_.reset();
       transport_->close();
       if (stopping_) break;
-      intake_.set_state(LinkState::waiting);
-      pause(back_off_.next());
+      receiver_.set_state(LinkState::waiting);
+      pause(backoff_.next());
     }
-    questions_.link_down();
+    requests_.link_down();
   }
 
   /// Until the time is over, or a probe was plugged in.
@@ -117,53 +117,53 @@ class UsbSource final : public Source {
     const HostTime end = HostTime{monotonic_now_ns()} + duration;
     for (HostTime now{monotonic_now_ns()}; now < end && !stopping_; now = {monotonic_now_ns()})
       if (transport_->wait(end - now).kind == UsbEvent::Kind::arrived) {
-        back_off_.reset();
+        backoff_.reset();
         return;
       }
   }
 
   /// One connection until its end; true where the probe answered.
-  bool converse() {
+  bool run_connection() {
     // What the last connection left unfinished will not be finished; frames that are missing are counted by their
     // numbers.
     reader_.begin_stream();
-    Conversation c;
-    c.last_heard = c.next_info = {monotonic_now_ns()};
+    UsbConnection c;
+    c.last_received = c.next_info = {monotonic_now_ns()};
     while (!c.over && !stopping_) {
       on_time(c, {monotonic_now_ns()});
       if (c.over) break;
       if (!c.sending) send_next(c);
       on_event(c, transport_->wait(due(c) - HostTime{monotonic_now_ns()}));
     }
-    questions_.link_down();
+    requests_.link_down();
     return c.round_trips > 0;
   }
 
-  [[nodiscard]] HostTime due(const Conversation& c) const {
-    const HostTime silent = c.last_heard + options_.silence_limit;
-    return std::min(silent, c.info_id ? c.info_sent + kAnswerTimeout : c.next_info);
+  [[nodiscard]] HostTime due(const UsbConnection& c) const {
+    const HostTime silent = c.last_received + options_.silence_limit;
+    return std::min(silent, c.info_id ? c.info_sent + kResponseTimeout : c.next_info);
   }
 
-  void on_time(Conversation& c, HostTime now) {
-    if (now >= c.last_heard + options_.silence_limit) {
-      intake_.report_error(name() + ": the probe fell silent");
+  void on_time(UsbConnection& c, HostTime now) {
+    if (now >= c.last_received + options_.silence_limit) {
+      receiver_.report_error(name() + ": the probe fell silent");
       c.over = true;
     }
-    if (c.info_id && now >= c.info_sent + kAnswerTimeout) {
+    if (c.info_id && now >= c.info_sent + kResponseTimeout) {
       c.info_id.reset();
       c.next_info = now;
     }
   }
 
-  void send_next(Conversation& c) {
+  void send_next(UsbConnection& c) {
     const HostTime now{monotonic_now_ns()};
     const bool asks = !c.info_id && now >= c.next_info;
     if (asks) {
-      c.info_id = questions_.new_id();
+      c.info_id = requests_.new_id();
       c.info_sent = now;
       c.sent_id = *c.info_id;
       encode_info_request(*c.info_id, message_);
-    } else if (const auto id = questions_.next(message_)) {
+    } else if (const auto id = requests_.next(message_)) {
       c.sent_id = *id;
     } else {
       return;
@@ -177,7 +177,7 @@ class UsbSource final : public Source {
       on_not_sent(c, begun.message());
   }
 
-  void on_event(Conversation& c, const UsbEvent& event) {
+  void on_event(UsbConnection& c, const UsbEvent& event) {
     switch (event.kind) {
       case UsbEvent::Kind::received:
         on_received(c, event);
@@ -187,10 +187,10 @@ class UsbSource final : public Source {
         if (!event.error.empty()) on_not_sent(c, event.error);
         break;
       case UsbEvent::Kind::failed:
-        intake_.report_error(name() + ": " + event.error);
+        receiver_.report_error(name() + ": " + event.error);
         break;
       case UsbEvent::Kind::gone:
-        intake_.report_error(name() + ": " + event.error);
+        receiver_.report_error(name() + ": " + event.error);
         c.over = true;
         break;
       case UsbEvent::Kind::arrived:
@@ -200,38 +200,38 @@ class UsbSource final : public Source {
     }
   }
 
-  void on_not_sent(Conversation& c, const std::string& error) {
-    intake_.report_error(name() + ": " + error);
+  void on_not_sent(UsbConnection& c, const std::string& error) {
+    receiver_.report_error(name() + ": " + error);
     if (c.info_id != c.sent_id) {
-      questions_.answered({c.sent_id, Status(StatusCode::unavailable, error), {}, {}, {}});
+      requests_.answered({c.sent_id, Status(StatusCode::unavailable, error), {}, {}, {}});
       return;
     }
     c.info_id.reset();
     c.next_info = HostTime{monotonic_now_ns()} + kFirstInfoPeriod;
   }
 
-  void on_received(Conversation& c, const UsbEvent& event) {
+  void on_received(UsbConnection& c, const UsbEvent& event) {
     const HostTime received{monotonic_now_ns()};
-    const FrameReader::Take take = [&](const LinkFrame& frame) { on_frame(c, frame, received); };
+    const FrameReader::FrameCallback take = [&](const LinkFrame& frame) { on_frame(c, frame, received); };
     reader_.push(event.bytes, take);
     if (event.ending == UsbEvent::Ending::of_transfer) reader_.end_transfer(take);
     const FrameCounters& counters = reader_.counters();
-    intake_.note_link(counters.lost, counters.refused() + misplaced_);
+    receiver_.set_frame_counters(counters.lost, counters.refused() + misplaced_);
     // The application's observer may have taken its time, which is no silence of the probe.
-    c.last_heard = {monotonic_now_ns()};
+    c.last_received = {monotonic_now_ns()};
   }
 
-  void on_frame(Conversation& c, const LinkFrame& frame, HostTime received) {
+  void on_frame(UsbConnection& c, const LinkFrame& frame, HostTime received) {
     if (frame.session != session_) {
       // The probe began anew, and its clock may have, too.
       session_ = frame.session;
       clock_.forget();
-      intake_.begin_anew();
+      receiver_.reset_sequence();
     }
     if (frame.kind == FrameKind::descriptor) {
       // A probe answers before it sends: only the very first could come without a clock to understand it by.
       if (clock_.known())
-        intake_.take(frame.payload, received,
+        receiver_.take(frame.payload, received,
                      [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
       return;
     }
@@ -245,33 +245,33 @@ class UsbSource final : public Source {
     else if (c.info_id == response->id)
       on_info(c, *response, received);
     else
-      questions_.answered(*response);
+      requests_.answered(*response);
   }
 
-  void on_info(Conversation& c, const LinkResponse& response, HostTime received) {
+  void on_info(UsbConnection& c, const LinkResponse& response, HostTime received) {
     c.info_id.reset();
     c.next_info = received + (++c.round_trips < kFirstRoundTrips ? kFirstInfoPeriod : kInfoPeriod);
     if (!response.status.ok() || !response.info) {
-      intake_.report_error(name() + ": " +
+      receiver_.report_error(name() + ": " +
                            (response.status.ok() ? "the probe answered another question" : response.status.message()));
       return;
     }
     const InfoAnswer& answer = *response.info;
     clock_.add(c.info_sent, answer.clock_now, received);
-    intake_.set_state(LinkState::connected);
-    questions_.link_up();
+    receiver_.set_state(LinkState::connected);
+    requests_.link_up();
     // Last: it lets connect() return.
-    intake_.describe(probe_info(answer.status, clock_, received));
+    receiver_.describe(probe_info(answer.status, clock_, received));
   }
 
   const std::unique_ptr<UsbTransport> transport_;
   const UsbAddress address_;
   const ProbeOptions options_;
-  Intake& intake_;
-  UsbQuestions questions_;
+  DescriptorReceiver& receiver_;
+  UsbRequests requests_;
 
   // The reader thread's.
-  BackOff back_off_;
+  Backoff backoff_;
   FrameReader reader_;
   FrameWriter writer_;
   ClockMap clock_;
@@ -286,15 +286,15 @@ class UsbSource final : public Source {
 }  // namespace
 
 std::unique_ptr<Source> make_usb_source(std::unique_ptr<UsbTransport> transport, const UsbAddress& address,
-                                        const ProbeOptions& options, Intake& intake) {
-  return std::make_unique<UsbSource>(std::move(transport), address, options, intake);
+                                        const ProbeOptions& options, DescriptorReceiver& receiver) {
+  return std::make_unique<UsbSource>(std::move(transport), address, options, receiver);
 }
 
 Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,
-                                                Intake& intake) {
+                                                DescriptorReceiver& receiver) {
   Result<std::unique_ptr<UsbTransport>> transport = make_libusb_transport();
   if (!transport) return transport.status();
-  return make_usb_source(std::move(*transport), address, options, intake);
+  return make_usb_source(std::move(*transport), address, options, receiver);
 }
 
 }  // namespace lightwell::core

@@ -8,9 +8,9 @@
 
 namespace lightwell::core {
 
-/// Begins to connect; Intake::describe() tells of success. The intake outlives the source.
+/// Begins to connect; DescriptorReceiver::describe() tells of success. The intake outlives the source.
 [[nodiscard]] std::unique_ptr<Source> make_usb_source(std::unique_ptr<UsbTransport> transport,
                                                       const UsbAddress& address, const ProbeOptions& options,
-                                                      Intake& intake);
+                                                      DescriptorReceiver& receiver);
 
 }  // namespace lightwell::core

@@ -43,13 +43,13 @@ struct ReplayOptions {
 int run_replay(const ReplayOptions& options);
 
 /// Whether `info` tells of the environment map, for which it may have to wait.
-enum class MapInfo : std::uint8_t { told, left_out };
+enum class MapInfo : std::uint8_t { included, left_out };
 
 struct InfoOptions {
   std::string uri;
   std::string credentials;  ///< Folder; empty: looked up.
   Output output = Output::text;
-  MapInfo map = MapInfo::told;
+  MapInfo map = MapInfo::included;
 };
 int run_info(const InfoOptions& options);
 

@@ -52,7 +52,7 @@ Feed::~Feed() {
 }
 
 void Feed::put(const Arrival& arrival) {
-  Item item{{arrival.bytes.begin(), arrival.bytes.end()},
+  ReceivedDescriptor item{{arrival.bytes.begin(), arrival.bytes.end()},
             arrival.descriptor,
             arrival.mid_exposure,
             arrival.received,
@@ -64,21 +64,21 @@ void Feed::put(const Arrival& arrival) {
   changed_.notify_all();
 }
 
-std::optional<Item> Feed::next(HostTime deadline) {
+std::optional<ReceivedDescriptor> Feed::next(HostTime deadline) {
   // Short waits, because neither a signal nor a recording's end notifies.
-  constexpr std::int64_t kLookEvery = 20'000'000;
+  constexpr std::int64_t kPollPeriod = 20'000'000;
   for (;;) {
-    const bool last_look = over() || stop_requested() || monotonic_now_ns() >= deadline.ns;
+    const bool last_poll = over() || stop_requested() || monotonic_now_ns() >= deadline.ns;
     std::unique_lock lock(mutex_);
-    const auto wait = last_look ? 0 : std::min(kLookEvery, deadline.ns - monotonic_now_ns());
+    const auto wait = last_poll ? 0 : std::min(kPollPeriod, deadline.ns - monotonic_now_ns());
     if (changed_.wait_for(lock, std::chrono::nanoseconds(wait), [this] { return !waiting_.empty(); })) {
-      std::optional<Item> item;
+      std::optional<ReceivedDescriptor> item;
       item.emplace(std::move(waiting_.front()));
       waiting_.pop_front();
       changed_.notify_all();
       return item;
     }
-    if (last_look) return std::nullopt;
+    if (last_poll) return std::nullopt;
   }
 }
 

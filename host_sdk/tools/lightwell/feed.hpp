@@ -15,7 +15,7 @@
 namespace lightwell::tool {
 
 /// A copy of an Arrival.
-struct Item {
+struct ReceivedDescriptor {
   std::vector<std::byte> bytes;
   Descriptor descriptor;
   HostTime mid_exposure, received, stored;
@@ -36,7 +36,7 @@ class Feed {
   [[nodiscard]] const Probe& probe() const { return *probe_; }
 
   /// The next, or nothing at `deadline`, at the end of a recording, or after SIGINT or SIGTERM.
-  [[nodiscard]] std::optional<Item> next(HostTime deadline);
+  [[nodiscard]] std::optional<ReceivedDescriptor> next(HostTime deadline);
 
   /// A recording's end was reached and everything was handed out.
   [[nodiscard]] bool over() const;
@@ -48,7 +48,7 @@ class Feed {
   static constexpr std::size_t kMaxWaiting = 256;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Item> waiting_;
+  std::deque<ReceivedDescriptor> waiting_;
   bool closed_ = false;
   std::optional<Probe> probe_;
 };

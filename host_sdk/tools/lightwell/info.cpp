@@ -39,7 +39,7 @@ std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>&
       .number("messages_refused", count(counters.messages_refused))
       .number("authentication_failures", count(counters.authentication_failures))
       .number("client_list_faults", count(counters.client_list_faults));
-  if (map == MapInfo::told)
+  if (map == MapInfo::included)
     line.number("environment_edge", environment ? environment->map.levels.front().edge : 0)
         .number("environment_levels", environment ? static_cast<double>(environment->map.levels.size()) : 0);
   if (const auto& hangs = info.T_world_probe) {
@@ -61,7 +61,7 @@ int run_info(const InfoOptions& options) {
   if (!how.ok()) return fail(how.status());
   const Result<Probe> probe = Probe::connect(options.uri, *how);
   if (!probe.ok()) return fail(probe.status());
-  const Lighting lighting = options.map == MapInfo::told ? lighting_with_map(*probe) : Lighting();
+  const Lighting lighting = options.map == MapInfo::included ? lighting_with_map(*probe) : Lighting();
   const std::optional<EnvironmentView> environment = lighting.environment();
   const ProbeInfo info = probe->info();
   if (options.output == Output::json) {
@@ -98,8 +98,8 @@ int run_info(const InfoOptions& options) {
     std::printf("environment  %dx%d, %zu levels, roughness %.2g to %.2g, key %08x\n", map.levels.front().edge,
                 map.levels.front().edge, map.levels.size(), static_cast<double>(map.levels.front().roughness),
                 static_cast<double>(map.levels.back().roughness), map.key);
-  } else if (options.map == MapInfo::told) {
-    std::printf("environment  no map within %.1f s; reflections come from harmonics\n", kMapPatience.seconds());
+  } else if (options.map == MapInfo::included) {
+    std::printf("environment  no map within %.1f s; reflections come from harmonics\n", kMapTimeout.seconds());
   }
   return kOk;
 }

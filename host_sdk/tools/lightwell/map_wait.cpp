@@ -3,7 +3,7 @@
 namespace lightwell::tool {
 
 Lighting lighting_with_map(const Probe& probe) {
-  const HostTime deadline = HostTime{monotonic_now_ns()} + kMapPatience;
+  const HostTime deadline = HostTime{monotonic_now_ns()} + kMapTimeout;
   Lighting lighting = probe.latest();
   while (!lighting.environment()) {
     const Duration left = deadline - HostTime{monotonic_now_ns()};

@@ -6,9 +6,9 @@
 namespace lightwell::tool {
 
 /// A whole map comes about once a second. A probe that sends none costs this long to find out.
-inline constexpr Duration kMapPatience{1'500'000'000};
+inline constexpr Duration kMapTimeout{1'500'000'000};
 
-/// The newest lighting as soon as it has a map, or what there is after kMapPatience or at the end
+/// The newest lighting as soon as it has a map, or what there is after kMapTimeout or at the end
 /// of a recording: perhaps one without a map, perhaps none.
 [[nodiscard]] Lighting lighting_with_map(const Probe& probe);
 

@@ -10,7 +10,7 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "feed.hpp"
-#include "figures.hpp"
+#include "watch_statistics.hpp"
 #include "json_line.hpp"
 #include "map_wait.hpp"
 
@@ -18,7 +18,7 @@ namespace lightwell::tool {
 namespace {
 
 /// How long a query waits for the first descriptor.
-constexpr Duration kPatience{5'000'000'000};
+constexpr Duration kTimeout{5'000'000'000};
 
 std::optional<Vec3f> vector_of(std::string_view text) {
   std::array<float, 3> v{};
@@ -107,7 +107,7 @@ int run_query(const QueryOptions& options) {
   if (!how.ok()) return fail(how.status());
   const Result<Probe> probe = Probe::connect(options.uri, *how);
   if (!probe.ok()) return fail(probe.status());
-  Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kPatience);
+  Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kTimeout);
   if (!lighting.ok()) return fail(kNothingReceived, options.uri + ": " + lighting.status().message());
   if (direction) lighting = lighting_with_map(*probe);
   const bool absolute = lighting->units() == Units::absolute;

@@ -23,7 +23,7 @@ int run_record(const RecordOptions& options) {
   const HostTime end = options.seconds > 0 ? start + Duration::from_seconds(options.seconds)
                                            : HostTime{std::numeric_limits<std::int64_t>::max()};
   std::uint64_t count = 0, bytes = 0;
-  while (const std::optional<Item> item = feed.next(end)) {
+  while (const std::optional<ReceivedDescriptor> item = feed.next(end)) {
     if (const Status status = writer->append(item->received.ns, item->bytes); !status.ok())
       return fail(kFile, options.file + ": " + status.message());
     ++count;

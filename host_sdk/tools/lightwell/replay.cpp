@@ -8,7 +8,7 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
-#include "figures.hpp"
+#include "watch_statistics.hpp"
 #include "json_line.hpp"
 
 namespace lightwell::tool {

@@ -7,14 +7,14 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "feed.hpp"
-#include "figures.hpp"
+#include "watch_statistics.hpp"
 
 namespace lightwell::tool {
 namespace {
 
 constexpr Duration kSecond{1'000'000'000};
 
-void print(Figures& figures, std::string_view kind, double seconds, const Probe& probe, Output output) {
+void print(WatchStatistics& figures, std::string_view kind, double seconds, const Probe& probe, Output output) {
   const LinkStats stats = probe.stats();
   const ProbeInfo info = probe.info();
   const std::string line =
@@ -43,10 +43,10 @@ int run_watch(const WatchOptions& options) {
   const HostTime end = options.seconds > 0 ? start + Duration::from_seconds(options.seconds)
                                            : HostTime{std::numeric_limits<std::int64_t>::max()};
   HostTime second_start = start;
-  Figures second, whole;
+  WatchStatistics second, whole;
   for (;;) {
     const HostTime second_end = std::min(second_start + kSecond, end);
-    if (const std::optional<Item> item = feed.next(second_end)) {
+    if (const std::optional<ReceivedDescriptor> item = feed.next(second_end)) {
       second.add(*item);
       whole.add(*item);
       if (writer)

@@ -137,7 +137,7 @@ struct ConfigField {
 
 /// `config` with the limits of error that its setting makes of the panorama's: twice as wide at fast, none left at
 /// exact, so that all that was found is sent.
-[[nodiscard]] EstimatorConfig at_setting(EstimatorConfig config);
+[[nodiscard]] EstimatorConfig config_for_setting(EstimatorConfig config);
 
 /// A matte grey surface in view. It must lie in the light that the probe measures.
 struct GreyPatch {

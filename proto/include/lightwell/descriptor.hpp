@@ -178,7 +178,7 @@ struct Descriptor {
 };
 
 /// FNV-1a, 32 bit: how probe_id is made of a name and calibration_id of canonical bytes.
-[[nodiscard]] constexpr std::uint32_t identity_of(std::string_view bytes) {
+[[nodiscard]] constexpr std::uint32_t fnv1a_32(std::string_view bytes) {
   std::uint32_t h = 2166136261U;
   for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 16777619U;
   return h;

@@ -1,7 +1,7 @@
 // The prefiltered map for reflections: radiance over octahedral squares, one GGX lobe a level, lights left out.
 //   EnvironmentLevel, EnvironmentMap   a whole map, or what changed since a whole one
 //   texel_count, environment_key       what a whole map is recognised by
-//   changed_map                        a whole map with changes applied
+//   apply_changes                        a whole map with changes applied
 //   texel_direction, texel_radiance    one texel
 //   environment_radiance               what a map says of a direction and a roughness
 #pragma once
@@ -68,7 +68,7 @@ struct EnvironmentMap {
 
 /// Into `out`, whose memory is used again: `whole` with `changes`. Its key stays that of `whole`. False, and `out` is
 /// untouched, where the changes are to another map or reach beyond this one. `out` may be neither of the two.
-[[nodiscard]] bool changed_map(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out);
+[[nodiscard]] bool apply_changes(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out);
 
 /// Unit, towards the centre of column i, row j of a level.
 [[nodiscard]] Vec3f texel_direction(int edge, int i, int j);

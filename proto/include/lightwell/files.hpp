@@ -22,14 +22,14 @@ namespace lightwell {
 /// link, belongs to another user (root may work for any), or where others may write in it.
 [[nodiscard]] Status make_private_folder(const std::string& path);
 
-enum class Readers : std::uint8_t {
+enum class FileMode : std::uint8_t {
   owner,  ///< Mode 0600.
   umask,  ///< As other programs make files.
 };
 /// Writes beside `path`, flushes to the disk, renames and flushes the folder: a reader, or a power cut, sees the old
 /// file or the new one. Written by root it belongs to the owner of its folder. A character device (/dev/null) is
 /// written to; failed_precondition for what else is no regular file.
-[[nodiscard]] Status write_atomically(const std::string& path, std::string_view bytes, Readers readers);
+[[nodiscard]] Status write_atomically(const std::string& path, std::string_view bytes, FileMode readers);
 
 /// The bytes of a file as somebody named it in a configuration; symbolic links are followed as above. Nothing where
 /// there is no such file; failed_precondition for what is no regular file (a FIFO would wait for its writer),

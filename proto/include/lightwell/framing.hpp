@@ -83,16 +83,16 @@ struct FrameCounters {
 /// nothing is handed on whose checksums or number are wrong. One thread at a time.
 class FrameReader {
  public:
-  using Take = std::function<void(const LinkFrame&)>;
+  using FrameCallback = std::function<void(const LinkFrame&)>;
 
   FrameReader();
 
   /// Calls `take` for each frame that became whole; the payload lives during the call.
-  void push(std::span<const std::byte> bytes, const Take& take);
+  void push(std::span<const std::byte> bytes, const FrameCallback& on_frame);
 
   /// No frame goes on beyond here: the end of a USB transfer. What is unfinished was cut off, and is looked through for
   /// intact frames at once instead of when more bytes come. A link without such ends need not call it.
-  void end_transfer(const Take& take);
+  void end_transfer(const FrameCallback& on_frame);
 
   /// A new stream of bytes, after the link was broken: an unfinished frame was cut off. Sessions and numbers go on, so
   /// that frames lost in between are counted.
@@ -103,15 +103,15 @@ class FrameReader {
   [[nodiscard]] std::optional<std::uint32_t> session() const { return session_; }
 
  private:
-  enum class Search { more_may_come, nothing_follows };
-  enum class Step { went_on, wants_more };
+  enum class Search { partial, final };
+  enum class Step { advanced, needs_more };
   struct Header;
 
-  void search(Search search, const Take& take);
-  [[nodiscard]] Step step(Search search, const Take& take);
+  void search(Search search, const FrameCallback& on_frame);
+  [[nodiscard]] Step step(Search search, const FrameCallback& on_frame);
   /// One byte is no frame's beginning.
   void skip();
-  void deliver(const Header& header, std::span<const std::byte> payload, const Take& take);
+  void deliver(const Header& header, std::span<const std::byte> payload, const FrameCallback& on_frame);
   [[nodiscard]] bool is_new(const Header& header);
   void drop_consumed();
 

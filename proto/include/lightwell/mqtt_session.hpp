@@ -38,7 +38,7 @@ struct MqttMessage {
 };
 
 /// MQTT 5, QoS 0. Every connection is a new one, so that nothing waits in a queue of the old. One thread calls all but
-/// wake(), looking_up() and connected().
+/// wake(), resolving() and connected().
 class MqttSession {
  public:
   struct Options {
@@ -66,12 +66,12 @@ class MqttSession {
 
   /// Connects where that is due, then waits for the broker, for wake(), or for `patience` at most. Looking up the
   /// broker's name may take longer than that: the system's resolver knows no hurry.
-  void turn(Duration patience);
+  void run_once(Duration timeout);
   /// Any thread: the turn that waits, or the next one, ends at once.
   void wake() const;
 
   /// The turn is in the system's resolver, or just about to enter or leave it. Any thread.
-  [[nodiscard]] bool looking_up() const { return looking_up_; }
+  [[nodiscard]] bool resolving() const { return resolving_; }
   /// The broker has accepted us. Any thread.
   [[nodiscard]] bool connected() const { return connected_; }
   /// Connected, and all that was published has left for the network.
@@ -81,12 +81,12 @@ class MqttSession {
   /// cannot be sent.
   bool publish(const std::string& topic, std::span<const std::byte> payload, bool retained);
   /// An empty message that asks for an answer.
-  bool ask(const std::string& topic, const std::string& response_topic, std::span<const std::byte> correlation);
+  bool request(const std::string& topic, const std::string& response_topic, std::span<const std::byte> correlation);
   /// To the topic and with the correlation of what was asked, not retained.
-  bool answer(const MqttMessage& question, std::span<const std::byte> payload);
+  bool respond(const MqttMessage& question, std::span<const std::byte> payload);
 
   /// Says goodbye, so that no last will is published, where that goes out within `patience`. Nothing follows.
-  void close(Duration patience);
+  void close(Duration timeout);
 
  private:
   struct Callbacks;
@@ -98,18 +98,18 @@ class MqttSession {
 
   void attempt(std::int64_t now_ns);
   [[nodiscard]] std::string configure(mosquitto* client) const;
-  void lose(std::string why);
+  void handle_disconnect(std::string why);
   void serve(short events);
   void wait_for_wake(std::int64_t timeout_ns) const;
   bool send(const std::string& topic, std::span<const std::byte> payload, bool retained, const Properties& properties);
 
   const Options options_;
   int wake_ = -1;  ///< eventfd
-  BackOff back_off_;
+  Backoff backoff_;
   std::unique_ptr<mosquitto, Free> client_;
   std::int64_t attempt_ns_ = 0, next_attempt_ns_ = 0;
-  std::atomic<bool> connected_{false}, looking_up_{false};
-  std::string said_;          ///< The library's last complaint: the reason of a failure that its codes do not tell.
+  std::atomic<bool> connected_{false}, resolving_{false};
+  std::string library_error_;          ///< The library's last complaint: the reason of a failure that its codes do not tell.
   std::string disconnected_;  ///< Why, set by its callback; empty while it lives.
 };
 

@@ -18,11 +18,11 @@ enum class PairingSide { client, probe };
 struct SealedMessage;
 
 /// What both ends do once they have met.
-class PairingReader {
+class PairingChannel {
  public:
-  PairingReader(PairingReader&&) noexcept;
-  PairingReader& operator=(PairingReader&&) noexcept;
-  ~PairingReader();
+  PairingChannel(PairingChannel&&) noexcept;
+  PairingChannel& operator=(PairingChannel&&) noexcept;
+  ~PairingChannel();
 
   /// Whether the other side knows the code. In constant time.
   [[nodiscard]] bool confirms(std::string_view their_confirmation) const;
@@ -31,13 +31,13 @@ class PairingReader {
 
  protected:
   struct State;
-  explicit PairingReader(std::unique_ptr<State> state);
+  explicit PairingChannel(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 
 /// One run of SPAKE2 (RFC 9382; P-256, SHA-256, HKDF, HMAC), for one code and one TLS certificate. Whoever does not
 /// know the code learns nothing from it but whether one guess was right. One thread.
-class PairingExchange : public PairingReader {
+class PairingExchange : public PairingChannel {
  public:
   [[nodiscard]] static Result<PairingExchange> begin(PairingSide side, std::string_view code);
 
@@ -46,9 +46,9 @@ class PairingExchange : public PairingReader {
   /// Takes the other side's. `certificate_digest`: of the certificate that the probe shows in this connection
   /// (secrets.hpp). Two ends that saw different ones, because somebody stands between, do not come to the same key.
   /// data_loss where the share is no point of the curve, or one that would give the key away.
-  [[nodiscard]] Status meet(std::string_view their_share, std::string_view certificate_digest);
+  [[nodiscard]] Status process_peer_share(std::string_view their_share, std::string_view certificate_digest);
 
-  // After meet(), as what PairingReader has.
+  // After meet(), as what PairingChannel has.
 
   /// Proves to the other side that this one knows the code.
   [[nodiscard]] const std::string& confirmation() const;
@@ -57,12 +57,12 @@ class PairingExchange : public PairingReader {
   [[nodiscard]] Result<SealedMessage> seal(std::string_view plain) &&;
 
  private:
-  using PairingReader::PairingReader;
+  using PairingChannel::PairingChannel;
 };
 
 struct SealedMessage {
   std::string bytes;
-  PairingReader reader;  ///< For the other side's answer.
+  PairingChannel reader;  ///< For the other side's answer.
 };
 
 }  // namespace lightwell

@@ -56,7 +56,7 @@ using Matrix3 = std::array<std::array<double, 3>, 3>;
 }
 
 /// Adds J C J' for J of blocks (turn, 0; lever, move). A row that an infinite variance reaches becomes infinite.
-inline void add_through(const Matrix3& turn, const Matrix3& lever, const Matrix3& move, const PoseCovariance& c,
+inline void add_propagated_covariance(const Matrix3& turn, const Matrix3& lever, const Matrix3& move, const PoseCovariance& c,
                         PoseCovariance& out) {
   PoseCovariance j{}, finite = c;
   for (std::size_t r = 0; r < 3; ++r)
@@ -102,8 +102,8 @@ inline constexpr Matrix3 kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   Matrix3 lever = crossed(rotate(a_b.pose.rotation, b_c.pose.translation), kIdentity);
   for (auto& row : lever)
     for (double& v : row) v = -v;
-  add_through(kIdentity, lever, kIdentity, a_b.covariance, out.covariance);
-  add_through(r, kZero, r, b_c.covariance, out.covariance);
+  add_propagated_covariance(kIdentity, lever, kIdentity, a_b.covariance, out.covariance);
+  add_propagated_covariance(r, kZero, r, b_c.covariance, out.covariance);
   return out;
 }
 
@@ -119,7 +119,7 @@ inline constexpr Matrix3 kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
       turn[i][k] = -r[k][i];
       for (std::size_t n = 0; n < 3; ++n) lever[i][k] -= r[n][i] * across[n][k];
     }
-  add_through(turn, lever, turn, a_b.covariance, out.covariance);
+  add_propagated_covariance(turn, lever, turn, a_b.covariance, out.covariance);
   return out;
 }
 

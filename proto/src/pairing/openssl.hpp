@@ -15,20 +15,20 @@
 namespace lightwell::pairing {
 
 template <auto Free>
-struct Freed {
+struct OpenSslDeleter {
   template <class T>
   void operator()(T* object) const {
     Free(object);
   }
 };
 
-using Bio = std::unique_ptr<BIO, Freed<BIO_free_all>>;
-using BigNumber = std::unique_ptr<BIGNUM, Freed<BN_clear_free>>;
-using BigNumberContext = std::unique_ptr<BN_CTX, Freed<BN_CTX_free>>;
-using Group = std::unique_ptr<EC_GROUP, Freed<EC_GROUP_free>>;
-using Point = std::unique_ptr<EC_POINT, Freed<EC_POINT_clear_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
-using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
+using Bio = std::unique_ptr<BIO, OpenSslDeleter<BIO_free_all>>;
+using BigNumber = std::unique_ptr<BIGNUM, OpenSslDeleter<BN_clear_free>>;
+using BigNumberContext = std::unique_ptr<BN_CTX, OpenSslDeleter<BN_CTX_free>>;
+using Group = std::unique_ptr<EC_GROUP, OpenSslDeleter<EC_GROUP_free>>;
+using Point = std::unique_ptr<EC_POINT, OpenSslDeleter<EC_POINT_clear_free>>;
+using Key = std::unique_ptr<EVP_PKEY, OpenSslDeleter<EVP_PKEY_free>>;
+using Certificate = std::unique_ptr<X509, OpenSslDeleter<X509_free>>;
 
 [[nodiscard]] inline const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());

@@ -14,7 +14,7 @@ constexpr std::size_t kTagBytes = 16;
 /// Each key seals one message, so that a nonce need not tell messages apart.
 constexpr std::array<unsigned char, 12> kNonce{};
 
-using Cipher = std::unique_ptr<EVP_CIPHER_CTX, pairing::Freed<EVP_CIPHER_CTX_free>>;
+using Cipher = std::unique_ptr<EVP_CIPHER_CTX, pairing::OpenSslDeleter<EVP_CIPHER_CTX_free>>;
 
 const char* label_of(PairingSide side) {
   return side == PairingSide::client ? "lightwell pairing client" : "lightwell pairing probe";
@@ -24,7 +24,7 @@ PairingSide other(PairingSide side) { return side == PairingSide::client ? Pairi
 
 }  // namespace
 
-struct PairingReader::State {
+struct PairingChannel::State {
   PairingSide side = PairingSide::client;
   std::string w, secret, share;
   pairing::Spake2Keys keys;
@@ -40,10 +40,10 @@ struct PairingReader::State {
   }
 };
 
-PairingReader::PairingReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
-PairingReader::PairingReader(PairingReader&&) noexcept = default;
-PairingReader& PairingReader::operator=(PairingReader&&) noexcept = default;
-PairingReader::~PairingReader() = default;
+PairingChannel::PairingChannel(std::unique_ptr<State> state) : state_(std::move(state)) {}
+PairingChannel::PairingChannel(PairingChannel&&) noexcept = default;
+PairingChannel& PairingChannel::operator=(PairingChannel&&) noexcept = default;
+PairingChannel::~PairingChannel() = default;
 
 Result<PairingExchange> PairingExchange::begin(PairingSide side, std::string_view code) {
   auto state = std::make_unique<State>();
@@ -61,7 +61,7 @@ Result<PairingExchange> PairingExchange::begin(PairingSide side, std::string_vie
 
 const std::string& PairingExchange::share() const { return state_->share; }
 
-Status PairingExchange::meet(std::string_view their_share, std::string_view certificate_digest) {
+Status PairingExchange::process_peer_share(std::string_view their_share, std::string_view certificate_digest) {
   const pairing::Identities identities{"lightwell client", "lightwell probe " + std::string(certificate_digest)};
   Result<pairing::Spake2Keys> keys =
       pairing::keys_of(state_->side, state_->w, state_->secret, state_->share, their_share, identities);
@@ -72,7 +72,7 @@ Status PairingExchange::meet(std::string_view their_share, std::string_view cert
 
 const std::string& PairingExchange::confirmation() const { return state_->confirmation(state_->side); }
 
-bool PairingReader::confirms(std::string_view theirs) const {
+bool PairingChannel::confirms(std::string_view theirs) const {
   const std::string& expected = state_->confirmation(other(state_->side));
   return !expected.empty() && same_secret(expected, theirs);
 }
@@ -95,7 +95,7 @@ Result<SealedMessage> PairingExchange::seal(std::string_view plain) && {
   return SealedMessage{std::move(out), PairingExchange(std::move(state))};
 }
 
-Result<std::string> PairingReader::open(std::string_view sealed) const {
+Result<std::string> PairingChannel::open(std::string_view sealed) const {
   const Status refused(StatusCode::data_loss, "what was sealed for us does not open with this exchange's key");
   if (state_->keys.ke.empty() || sealed.size() < kTagBytes) return refused;
   const std::string key = pairing::hkdf(state_->keys.ke, label_of(other(state_->side)), 32);

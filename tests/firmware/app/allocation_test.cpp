@@ -22,9 +22,9 @@ namespace lightwell {
 namespace {
 
 using test::AllocationCount;
-using test::comes_true;
+using test::becomes_true;
 
-constexpr int kMostLamps = 6;
+constexpr int kMaxLamps = 6;
 constexpr int kCaptures = 200;
 
 struct Sensing {
@@ -57,7 +57,7 @@ class Pictures final : public FrameOwner {
     rig_ = *rig;
     RingPlan plan;
     plan.bracket = plan.cycle = plan.wanted = sensing.exposure_s.size();
-    for (int lamps = 0; lamps <= kMostLamps; ++lamps) {
+    for (int lamps = 0; lamps <= kMaxLamps; ++lamps) {
       const sim::Scene scene(room_with_lamps(lamps));
       RingSource source;
       source.scene = &scene;
@@ -95,11 +95,11 @@ class Pictures final : public FrameOwner {
  private:
   Sensing sensing_;
   RigParameters rig_;
-  std::array<FrameRing, kMostLamps + 1> rings_;
+  std::array<FrameRing, kMaxLamps + 1> rings_;
 };
 
 /// Fewer, more, none, all: 0 to 6 in an order that is not sorted.
-int lamps_of(std::uint64_t capture) { return static_cast<int>(capture * 4 % (kMostLamps + 1)); }
+int lamps_of(std::uint64_t capture) { return static_cast<int>(capture * 4 % (kMaxLamps + 1)); }
 
 class AllocationTest : public ::testing::TestWithParam<Sensing> {
  protected:
@@ -107,7 +107,7 @@ class AllocationTest : public ::testing::TestWithParam<Sensing> {
     PanoramaOptions options;
     // All lights that there are, whether the scene needs them or not: their number is what is to change.
     options.config.panorama.epsilon = 0;
-    options.config.max_lights = kMostLamps;
+    options.config.max_lights = kMaxLamps;
     Result<std::unique_ptr<Estimator>> made = make_panorama_estimator(pictures_.rig(), options);
     EXPECT_TRUE(made.ok()) << made.status().message();
     return std::move(*made);
@@ -122,7 +122,7 @@ TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
   Encoder encoder;
   Descriptor descriptor;
   descriptor.lights.reserve(kMaxLights);  // As the pipeline does.
-  std::array<bool, kMostLamps + 1> seen{};
+  std::array<bool, kMaxLamps + 1> seen{};
   int failed = 0;
   const auto one = [&](std::uint64_t capture, int lamps) {
     pictures_.push(slot, capture, lamps);
@@ -130,7 +130,7 @@ TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
         slot.take(bracket) && estimator->estimate(bracket.frames(), descriptor).ok() && encoder.encode(descriptor).ok();
     bracket.clear();
     failed += ok ? 0 : 1;
-    seen[std::min<std::size_t>(descriptor.lights.size(), kMostLamps)] = true;
+    seen[std::min<std::size_t>(descriptor.lights.size(), kMaxLamps)] = true;
   };
   // Warm with little light: that more of it comes later must cost nothing either.
   for (std::uint64_t capture = 0; capture < 5; ++capture) one(capture, 1);
@@ -143,7 +143,7 @@ TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
   EXPECT_EQ(allocated, 0U);
   if (allocated > 0) AllocationCount::print_first();
   EXPECT_EQ(failed, 0);
-  for (std::size_t lights = 0; lights <= kMostLamps; ++lights)
+  for (std::size_t lights = 0; lights <= kMaxLamps; ++lights)
     EXPECT_TRUE(seen[lights]) << "the number of lights was to change; never were there " << lights;
 }
 

@@ -14,7 +14,7 @@
 namespace lightwell {
 namespace {
 
-using test::comes_true;
+using test::becomes_true;
 using test::Lender;
 using ::testing::ElementsAre;
 
@@ -59,7 +59,7 @@ TEST_F(BracketSlotTest, WhoWaitsForRoomReplacesNothing) {
   constexpr std::uint64_t kBrackets = 2000;
   std::stop_source stop;
   std::thread camera([&, token = stop.get_token()] {
-    for (std::uint64_t sequence = 0; sequence < 2 * kBrackets && slot_.wait_for_room(token); ++sequence)
+    for (std::uint64_t sequence = 0; sequence < 2 * kBrackets && slot_.wait_for_space(token); ++sequence)
       push(sequence, static_cast<int>(sequence % 2), 2);
   });
   for (std::uint64_t k = 0; k < kBrackets; ++k) {
@@ -78,7 +78,7 @@ TEST_F(BracketSlotTest, WhoWaitsForRoomIsWokenToStop) {
   push(1);
   std::stop_source stop;
   bool room = true;
-  std::thread camera([&, token = stop.get_token()] { room = slot_.wait_for_room(token); });
+  std::thread camera([&, token = stop.get_token()] { room = slot_.wait_for_space(token); });
   stop.request_stop();
   camera.join();
   EXPECT_FALSE(room);
@@ -181,7 +181,7 @@ TEST_F(BracketSlotTest, CloseWakesWhoeverWaits) {
     woken = true;
   });
   slot_.close();
-  EXPECT_TRUE(comes_true("take() returns after close()", [&] { return woken.load(); }));
+  EXPECT_TRUE(becomes_true("take() returns after close()", [&] { return woken.load(); }));
   estimator.join();
 }
 

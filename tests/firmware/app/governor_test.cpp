@@ -33,7 +33,7 @@ struct Life {
       if (machine.noise > 0) ms *= std::exp(machine.noise * normal(random));
       ++spent[s];
       late += ms > kBudget ? 1 : 0;
-      governor.took(ms);
+      governor.record_duration(ms);
     }
   }
   [[nodiscard]] std::uint64_t moves() const { return governor.counts().moves; }
@@ -187,12 +187,12 @@ TEST(Governor, SaysWhereEvenFastIsLate) {
   Life life({.cost_ms = {11, 20, 40}});
   life.run(100);
   EXPECT_EQ(life.governor.setting(), Setting::fast);
-  EXPECT_TRUE(life.governor.fast_is_late());
+  EXPECT_TRUE(life.governor.exceeds_budget_at_fast());
   EXPECT_GE(life.governor.counts().late_at_fast, 95U);
   EXPECT_EQ(life.governor.typical_ms(), 11);
   Life spikes({.cost_ms = {2, 5, 12}, .load = [](std::uint64_t i) { return i % 50 == 7 ? 20.0 : 1.0; }}, Setting::fast);
   spikes.run(kHour);
-  EXPECT_FALSE(spikes.governor.fast_is_late());
+  EXPECT_FALSE(spikes.governor.exceeds_budget_at_fast());
   EXPECT_EQ(spikes.governor.counts().late_at_fast, kHour / 50);
 }
 
@@ -218,7 +218,7 @@ TEST(Governor, ARestartWithTheSameRichestStaysWhereItIs) {
 
 TEST(Governor, OddDurationsDoNoHarm) {
   Governor governor(kBudget, Setting::exact);
-  for (int i = 0; i < 5000; ++i) governor.took(i % 3 == 0 ? 0 : i % 3 == 1 ? 1e-12 : 1e12);
+  for (int i = 0; i < 5000; ++i) governor.record_duration(i % 3 == 0 ? 0 : i % 3 == 1 ? 1e-12 : 1e12);
   EXPECT_GE(static_cast<int>(governor.setting()), 1);
   EXPECT_LE(static_cast<int>(governor.setting()), 3);
 }

@@ -14,7 +14,7 @@
 namespace lightwell {
 namespace {
 
-using test::comes_true;
+using test::becomes_true;
 using test::FakeLink;
 using test::Lender;
 using test::LinkLog;
@@ -67,7 +67,7 @@ class PipelineBudgetTest : public ::testing::Test {
     for (int i = 0; i < frames; ++i) {
       const std::uint64_t before = pipeline_->status().counters.estimates;
       pipeline_->sink().push(lender_.frame(sequence_++));
-      ASSERT_TRUE(comes_true("the pipeline has dealt with the frame",
+      ASSERT_TRUE(becomes_true("the pipeline has dealt with the frame",
                              [&] { return pipeline_->status().counters.estimates > before; }));
     }
   }
@@ -95,7 +95,7 @@ TEST_F(PipelineBudgetTest, FallsAndTheDescriptorSaysSo) {
   EXPECT_EQ(pipeline_->status().counters.estimates_late, 2U);
   EXPECT_EQ(pipeline_->status().counters.estimates_late_at_fast, 0U);
   EXPECT_EQ(pipeline_->estimator().setting, Setting::exact) << "what is configured stays what is configured";
-  EXPECT_FALSE(pipeline_->beyond_budget_ms());
+  EXPECT_FALSE(pipeline_->over_budget_ms());
 }
 
 TEST_F(PipelineBudgetTest, ClimbsAgainWhenThereIsRoom) {
@@ -124,8 +124,8 @@ TEST_F(PipelineBudgetTest, SaysWhereEvenFastIsTooSlow) {
   make(5, Setting::balanced);
   process(8);
   EXPECT_EQ(last(), Setting::fast);
-  ASSERT_TRUE(pipeline_->beyond_budget_ms());
-  EXPECT_GE(*pipeline_->beyond_budget_ms(), 30);
+  ASSERT_TRUE(pipeline_->over_budget_ms());
+  EXPECT_GE(*pipeline_->over_budget_ms(), 30);
   EXPECT_GE(pipeline_->status().counters.estimates_late_at_fast, 5U);
 }
 

@@ -10,7 +10,7 @@
 namespace lightwell {
 namespace {
 
-using test::comes_true;
+using test::becomes_true;
 using test::Lender;
 
 struct Sky {
@@ -61,7 +61,7 @@ class PipelineRecovery : public testing::Test {
   void process_one() {
     const std::uint64_t before = pipeline_.status().counters.estimates;
     pipeline_.sink().push(lender_.frame(sequence_++));
-    ASSERT_TRUE(comes_true("the pipeline has dealt with the frame",
+    ASSERT_TRUE(becomes_true("the pipeline has dealt with the frame",
                            [&] { return pipeline_.status().counters.estimates > before; }));
   }
 

@@ -18,7 +18,7 @@
 namespace lightwell {
 namespace {
 
-using test::comes_true;
+using test::becomes_true;
 using test::EstimatorScript;
 using test::FakeEstimator;
 using test::FakeLink;
@@ -39,7 +39,7 @@ class PipelineTest : public ::testing::Test {
   void process_one() {
     const Counters before = pipeline_.status().counters;
     pipeline_.sink().push(lender_.frame(sequence_++));
-    ASSERT_TRUE(comes_true("the pipeline has dealt with the frame", [&] {
+    ASSERT_TRUE(becomes_true("the pipeline has dealt with the frame", [&] {
       const Counters now = pipeline_.status().counters;
       return now.estimates + now.estimates_failed > before.estimates + before.estimates_failed;
     }));
@@ -68,13 +68,13 @@ TEST_F(PipelineTest, AFrameBecomesADescriptorOnTheLink) {
   process_one();
   EXPECT_EQ(last().sequence, 40U);
   EXPECT_EQ(link_.count(), 1U);
-  EXPECT_TRUE(comes_true("the frame is given back", [&] { return lender_.lent() == 0; }));
+  EXPECT_TRUE(becomes_true("the frame is given back", [&] { return lender_.lent() == 0; }));
 }
 
 TEST_F(PipelineTest, ABracketComesToTheEstimatorAsOne) {
   ASSERT_TRUE(pipeline_.start().ok());
   for (int i = 0; i < 3; ++i) pipeline_.sink().push(lender_.frame(static_cast<std::uint64_t>(6 + i), i, 3));
-  ASSERT_TRUE(comes_true("the bracket is published", [&] { return link_.count() == 1; }));
+  ASSERT_TRUE(becomes_true("the bracket is published", [&] { return link_.count() == 1; }));
   const std::lock_guard lock(script_.mutex);
   EXPECT_THAT(script_.brackets, ElementsAre(ElementsAre(6, 7, 8)));
 }

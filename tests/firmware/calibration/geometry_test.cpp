@@ -24,7 +24,7 @@ constexpr double kDegree = pi / 180;
 
 LensParameters kannala_brandt() { return shown::lens_of(LensKind::kannala_brandt); }
 
-GeometryFit fitted(const Sightings& s, const GeometryOptions& options) {
+GeometryFit fitted(const BoardObservations& s, const GeometryOptions& options) {
   const Result<GeometryFit> fit = calibrate_geometry(s, options);
   EXPECT_TRUE(fit) << fit.status().message();
   return fit ? *fit : GeometryFit{};
@@ -43,7 +43,7 @@ TEST_P(OneLens, IsFoundAgainFromFortyPictures) {
   ASSERT_EQ(fit.lenses.size(), 1U);
   EXPECT_NEAR(fit.bundle.sigma_px, 0.2, 0.02);
   EXPECT_LT(direction_error(truth, fit.lenses[0].model), 0.05 * kDegree) << "RMS over the whole lens";
-  EXPECT_GT(fit.lenses[0].seen_rad, 93 * kDegree);
+  EXPECT_GT(fit.lenses[0].max_observed_angle_rad, 93 * kDegree);
   EXPECT_LT(direction_error(truth, fit.lenses[0].model), fit.lenses[0].direction_uncertainty_rad) << "three deviations";
 }
 
@@ -81,7 +81,7 @@ TEST(OneLensOfAnyKind, HasItsFocalLengthWithinATenthOfAPercent) {
 }
 
 TEST(OneLensOfAnyKind, SaysWhatItLacks) {
-  const auto refused = [](const Sightings& s, const char* what) {
+  const auto refused = [](const BoardObservations& s, const char* what) {
     const Result<GeometryFit> fit = calibrate_geometry(s, {});
     ASSERT_FALSE(fit) << what;
     EXPECT_EQ(fit.status().code(), StatusCode::failed_precondition);
@@ -91,41 +91,41 @@ TEST(OneLensOfAnyKind, SaysWhatItLacks) {
 
   // Straight ahead, square to the axis, at one distance.
   Show frontal{.tilt_rad = 0};
-  Sightings facing = one_lens(kannala_brandt(), frontal);
+  BoardObservations facing = one_lens(kannala_brandt(), frontal);
   const CameraModel camera(kannala_brandt());
   for (Picture& p : facing.pictures) {
-    p.sightings.clear();
+    p.observations.clear();
     for (int k = 0; k < 144; ++k) {
       const Vec3d at =
           facing.boards[0].points[static_cast<std::size_t>(k)] + Vec3d{-0.11, -0.11, 0.3 + 0.01 * p.capture};
       const auto pixel = camera.project(at);
       ASSERT_TRUE(pixel);
-      p.sightings.push_back({0, k, *pixel});
+      p.observations.push_back({0, k, *pixel});
     }
   }
   refused(facing, "tilt the board");
 
-  Sightings single = one_lens(kannala_brandt(), {});
-  for (Picture& p : single.pictures) std::erase_if(p.sightings, [](const Sighting& s) { return s.point >= 4; });
+  BoardObservations single = one_lens(kannala_brandt(), {});
+  for (Picture& p : single.pictures) std::erase_if(p.observations, [](const PointObservation& s) { return s.point >= 4; });
   refused(single, "one tag alone");
 }
 
 TEST(OneLensOfAnyKind, RefusesWhatIsNoSighting) {
-  const auto refused = [](const Sightings& s, const char* what) {
+  const auto refused = [](const BoardObservations& s, const char* what) {
     const Result<GeometryFit> fit = calibrate_geometry(s, {});
     ASSERT_FALSE(fit) << what;
     EXPECT_EQ(fit.status().code(), StatusCode::invalid_argument);
     EXPECT_THAT(fit.status().message(), HasSubstr(what));
   };
-  const Sightings good = one_lens(kannala_brandt(), {});
-  Sightings s = good;
-  s.pictures[3].sightings[2].pixel.x = std::nan("");
+  const BoardObservations good = one_lens(kannala_brandt(), {});
+  BoardObservations s = good;
+  s.pictures[3].observations[2].pixel.x = std::nan("");
   refused(s, "picture 3");
   s = good;
-  s.pictures[3].sightings[2].pixel.x = 2000;
+  s.pictures[3].observations[2].pixel.x = 2000;
   refused(s, "outside its 1280x960 pixels");
   s = good;
-  s.pictures[3].sightings[2].point = 999;
+  s.pictures[3].observations[2].point = 999;
   refused(s, "that no board has");
   s = good;
   s.pictures[0].lens = 1;
@@ -186,9 +186,9 @@ LensParameters webcam() {
 }
 
 TEST(Webcam, DoesNotDetermineADoubleSphere) {
-  const Sightings s = one_lens(webcam(), {.noise_px = 0.1, .nearest_m = 0.3, .farthest_m = 0.7});
+  const BoardObservations s = one_lens(webcam(), {.noise_px = 0.1, .nearest_m = 0.3, .farthest_m = 0.7});
   const Result<GeometryFit> fit = calibrate_geometry(s, {.kind = LensKind::double_sphere});
-  ASSERT_FALSE(fit) << "fx " << numbers_of(fit->lenses[0].model)[0] << " +- "
+  ASSERT_FALSE(fit) << "fx " << parameters_of(fit->lenses[0].model)[0] << " +- "
                     << std::sqrt(fit->lenses[0].covariance[0]);
   EXPECT_EQ(fit.status().code(), StatusCode::failed_precondition);
   EXPECT_THAT(fit.status().message(),
@@ -196,7 +196,7 @@ TEST(Webcam, DoesNotDetermineADoubleSphere) {
 }
 
 TEST(Webcam, DeterminesMeiWhichHasBrownsDistortion) {
-  const Sightings s = one_lens(webcam(), {.noise_px = 0.1, .nearest_m = 0.3, .farthest_m = 0.7});
+  const BoardObservations s = one_lens(webcam(), {.noise_px = 0.1, .nearest_m = 0.3, .farthest_m = 0.7});
   const GeometryFit fit = fitted(s, {.kind = LensKind::mei});
   ASSERT_EQ(fit.lenses.size(), 1U);
   EXPECT_NEAR(fit.bundle.sigma_px, 0.1, 0.01);
@@ -230,22 +230,22 @@ TEST(PairOfLenses, TellsHowMuchLaterTheSecondOneTakesItsPictures) {
 
 TEST(PairOfLenses, ThatNothingJoinsIsNoPair) {
   const shown::Pair pair = shown::back_to_back();
-  Sightings s = shown::pair_of_lenses(pair, {.pictures = 60});
+  BoardObservations s = shown::pair_of_lenses(pair, {.pictures = 60});
   // The lenses never look at once.
   for (Picture& p : s.pictures)
-    if (p.capture % 2 == p.lens) p.sightings.clear();
+    if (p.capture % 2 == p.lens) p.observations.clear();
   const Result<GeometryFit> fit = calibrate_geometry(s, {});
   ASSERT_FALSE(fit);
   EXPECT_THAT(fit.status().message(), HasSubstr("no capture joins the two lenses"));
 }
 
 TEST(PairOfLenses, BoardsThatNothingJoinsAreNamed) {
-  Sightings s = one_lens(kannala_brandt(), {});
+  BoardObservations s = one_lens(kannala_brandt(), {});
   s.boards.push_back(s.boards[0]);
   s.boards[0].name = "left", s.boards[1].name = "right";
   for (Picture& p : s.pictures)
     if (p.capture % 2 != 0)
-      for (Sighting& k : p.sightings) k.board = 1;
+      for (PointObservation& k : p.observations) k.board = 1;
   const Result<GeometryFit> fit = calibrate_geometry(s, {});
   ASSERT_FALSE(fit);
   EXPECT_THAT(fit.status().message(), HasSubstr("'right'"));

@@ -15,7 +15,7 @@ using std::numbers::pi;
 constexpr double kDegree = pi / 180;
 
 void count_within(const LensFit& fit, const ModelParameters& truth, Trials& out) {
-  const std::vector<double> found = numbers_of(fit.model), wanted = numbers_of(truth);
+  const std::vector<double> found = parameters_of(fit.model), wanted = parameters_of(truth);
   out.within_3_sigma.resize(wanted.size());
   out.normalized.resize(wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -83,7 +83,7 @@ double seen_direction_error(const LensParameters& truth, const LensFit& found) {
   int count = 0;
   for (int i = 1; i <= 12; ++i) {
     for (int j = 0; j < 8; ++j) {
-      const double theta = found.seen_rad * i / 12, phi = 2 * pi * j / 8;
+      const double theta = found.max_observed_angle_rad * i / 12, phi = 2 * pi * j / 8;
       const Vec3d d{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
       const auto pixel = a.project(d);
       if (!pixel) continue;

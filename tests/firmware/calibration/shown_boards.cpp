@@ -9,7 +9,7 @@ namespace {
 
 using calibration::Board;
 using calibration::Picture;
-using calibration::Sightings;
+using calibration::BoardObservations;
 using std::numbers::pi;
 
 Vec3d at_angles(double theta, double phi) {
@@ -50,7 +50,7 @@ class Shower {
       }
       if (uniform(0, 1) < show_.wrong_share) seen = {uniform(0, lens.width - 1.0), uniform(0, lens.height - 1.0)};
       if (seen.x < 0 || seen.y < 0 || seen.x > lens.width - 1 || seen.y > lens.height - 1) continue;
-      out.sightings.push_back({number, static_cast<int>(k), seen});
+      out.observations.push_back({number, static_cast<int>(k), seen});
     }
   }
 
@@ -109,9 +109,9 @@ Board bent(Board flat, const Show& show) {
 
 }  // namespace
 
-Sightings one_lens(const LensParameters& lens, const Show& show) {
+BoardObservations one_lens(const LensParameters& lens, const Show& show) {
   Shower shower(show);
-  Sightings out;
+  BoardObservations out;
   out.lenses = {{lens.width, lens.height}};
   out.boards = {board()};
   for (int i = 0; i < show.pictures; ++i) {
@@ -127,11 +127,11 @@ Sightings one_lens(const LensParameters& lens, const Show& show) {
   return out;
 }
 
-Sightings pair_of_lenses(const Pair& pair, const Show& show) {
+BoardObservations pair_of_lenses(const Pair& pair, const Show& show) {
   constexpr int kBoards = 4;
   constexpr double kRate = 20;
   Shower shower(show);
-  Sightings out;
+  BoardObservations out;
   out.lenses = {{pair.lens.width, pair.lens.height}, {pair.lens.width, pair.lens.height}};
   // A square of boards around the origin, each looking inwards and leaning a little.
   std::vector<Pose> world_from_board;

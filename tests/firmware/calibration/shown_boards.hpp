@@ -6,7 +6,7 @@
 
 #include <lightwell/calibration.hpp>
 
-#include "calibration/geometry/sightings.hpp"
+#include "calibration/geometry/board_observations.hpp"
 
 namespace lightwell::shown {
 
@@ -38,7 +38,7 @@ struct Show {
 };
 
 /// One board shown to one lens, all over its field.
-[[nodiscard]] calibration::Sightings one_lens(const LensParameters& lens, const Show& show);
+[[nodiscard]] calibration::BoardObservations one_lens(const LensParameters& lens, const Show& show);
 
 /// Where lens 1 of a pair is and when it takes its pictures.
 struct Pair {
@@ -48,6 +48,6 @@ struct Pair {
 };
 
 /// Four boards around a pair that is turned and moved among them, 20 captures a second.
-[[nodiscard]] calibration::Sightings pair_of_lenses(const Pair& pair, const Show& show);
+[[nodiscard]] calibration::BoardObservations pair_of_lenses(const Pair& pair, const Show& show);
 
 }  // namespace lightwell::shown

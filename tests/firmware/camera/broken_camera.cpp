@@ -27,7 +27,7 @@ Result<CameraInfo> BrokenCamera::open() {
   info.lenses = kLenses;
   info.frame_rate = kRate;
   info.exposure_s.assign(kExposures.begin(), kExposures.end());
-  const int fair = frames_to_lend(2);
+  const int fair = required_buffer_count(2);
   slots_.resize(static_cast<std::size_t>(is(Defect::lends_too_few)       ? fair - 1
                                          : is(Defect::lends_without_end) ? 1000
                                                                          : fair));

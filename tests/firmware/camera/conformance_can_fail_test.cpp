@@ -22,7 +22,7 @@ BackendUnderTest camera_with(Defect defect, std::uint64_t frames = 0) {
     return std::unique_ptr<CameraBackend>(std::make_unique<BrokenCamera>(defect, frames, gone));
   };
   camera.lose = [] { gone = true; };
-  if (defect != Defect::none) camera.patience = std::chrono::milliseconds(1000);
+  if (defect != Defect::none) camera.timeout = std::chrono::milliseconds(1000);
   return camera;
 }
 

@@ -91,7 +91,7 @@ TEST(OakUri, WhatACameraCannotDoBecomesTheNearestThatItCanAndIsSaid) {
 
 TEST(OakPicture, TheMiddleOfAnExposureLiesHalfOfItBeforeItsEndAndLaterInTheCentreRow) {
   OakPicture p;
-  p.stamp_ns = 1'000'000'000;
+  p.timestamp_ns = 1'000'000'000;
   p.exposure_us = 10'000;
   p.height = 400;
   EXPECT_EQ(mid_exposure(p, {}, {1'100'000'000})->ns, 995'000'000);
@@ -100,7 +100,7 @@ TEST(OakPicture, TheMiddleOfAnExposureLiesHalfOfItBeforeItsEndAndLaterInTheCentr
 
 TEST(OakPicture, AStampFromTheFutureOrLongAgoIsNoTimeOfThisHost) {
   OakPicture p;
-  p.stamp_ns = 10'000'000'000;
+  p.timestamp_ns = 10'000'000'000;
   EXPECT_FALSE(mid_exposure(p, {}, {9'999'999'999}));
   EXPECT_FALSE(mid_exposure(p, {}, {15'000'000'001}));
   EXPECT_TRUE(mid_exposure(p, {}, {15'000'000'000}));
@@ -243,7 +243,7 @@ TEST(OakLoss, FramesComeAgainWhenTheCableDoes) {
   const auto camera = backend_on(table, kBracket);
   ASSERT_TRUE(camera->open().ok());
   conformance::Watcher watcher;
-  watcher.patience = std::chrono::seconds(6);
+  watcher.timeout = std::chrono::seconds(6);
   watcher.keep(2);
   ASSERT_TRUE(camera->start(watcher).ok());
   ASSERT_TRUE(watcher.wait_for(5, *camera));

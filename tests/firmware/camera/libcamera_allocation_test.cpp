@@ -29,7 +29,7 @@ class Counter final : public FrameSink {
   std::atomic<int> count_{0};
 };
 
-void expect_no_allocations(int lenses, bool says_exposure, std::vector<double> exposure_s) {
+void expect_no_allocations(int lenses, bool reports_exposure, std::vector<double> exposure_s) {
   auto mailbox = std::make_shared<Mailbox>();
   std::vector<std::unique_ptr<Lens>> cameras;
   LibcameraOptions options;
@@ -40,7 +40,7 @@ void expect_no_allocations(int lenses, bool says_exposure, std::vector<double> e
     o.id = std::to_string(l);
     o.interval = std::chrono::milliseconds(5);
     o.phase = std::chrono::milliseconds(l);
-    o.says_exposure = says_exposure;
+    o.reports_exposure = reports_exposure;
     cameras.push_back(std::make_unique<SimulatedLens>(std::make_shared<SimulatedCamera>(o), l, mailbox));
   }
   LensBackend backend(std::move(options), std::move(cameras), mailbox);

@@ -46,7 +46,7 @@ Cameras pair(SimulatedCameraOptions options, std::chrono::microseconds phase) {
 
 SimulatedCameraOptions saying(bool says, int interval_us = 10'000) {
   SimulatedCameraOptions o;
-  o.says_exposure = says;
+  o.reports_exposure = says;
   o.interval = std::chrono::microseconds(interval_us);
   return o;
 }
@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(Libcamera, CameraConformance, conformance::cameras(back
 // ---- the truth
 
 /// A frame beside what was exposed.
-struct Told {
+struct FrameReport {
   FrameInfo info;
   std::vector<Truth> truths;
   std::vector<int> lenses;
@@ -106,31 +106,31 @@ struct Told {
 class Listener final : public FrameSink {
  public:
   void push(Frame frame) override {
-    Told told{frame.info, {}, {}};
+    FrameReport told{frame.info, {}, {}};
     for (const View& view : frame.views()) {
       told.truths.push_back(truth_of(view));
       told.lenses.push_back(view.lens);
     }
     const std::lock_guard lock(mutex_);
-    told_.push_back(std::move(told));
+    frame_reports_.push_back(std::move(told));
     changed_.notify_all();
   }
   [[nodiscard]] bool wait_for(std::size_t frames) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds(10), [&] { return told_.size() >= frames; });
+    return changed_.wait_for(lock, std::chrono::seconds(10), [&] { return frame_reports_.size() >= frames; });
   }
-  [[nodiscard]] std::vector<Told> told() {
+  [[nodiscard]] std::vector<FrameReport> told() {
     const std::lock_guard lock(mutex_);
-    return told_;
+    return frame_reports_;
   }
 
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Told> told_;
+  std::vector<FrameReport> frame_reports_;
 };
 
-std::vector<Told> frames_of(const Cameras& cameras, const std::vector<double>& exposure_s, std::size_t frames) {
+std::vector<FrameReport> frames_of(const Cameras& cameras, const std::vector<double>& exposure_s, std::size_t frames) {
   const std::unique_ptr<CameraBackend> camera = backend_on(cameras, exposure_s);
   const Result<CameraInfo> info = camera->open();
   EXPECT_TRUE(info.ok()) << info.status().message();
@@ -143,8 +143,8 @@ std::vector<Told> frames_of(const Cameras& cameras, const std::vector<double>& e
   return listener.told();
 }
 
-void expect_true_exposures(const std::vector<Told>& frames) {
-  for (const Told& f : frames) {
+void expect_true_exposures(const std::vector<FrameReport>& frames) {
+  for (const FrameReport& f : frames) {
     for (const Truth& t : f.truths) {
       ASSERT_EQ(t.magic, kTruthMagic);
       EXPECT_NEAR(f.info.exposure_s, 1e-6 * t.exposure_us, 1e-9) << "frame " << f.info.sequence;
@@ -155,7 +155,7 @@ void expect_true_exposures(const std::vector<Told>& frames) {
 TEST(LibcameraFrames, HaveTheExposureThatWasInForceWhetherTheCameraSaysItOrNot) {
   for (const bool says : {true, false}) {
     for (const std::vector<double>& exposures : {kSingle, kBracket}) {
-      const std::vector<Told> frames = frames_of(one(saying(says)), exposures, 24);
+      const std::vector<FrameReport> frames = frames_of(one(saying(says)), exposures, 24);
       EXPECT_GE(frames.size(), 24U);
       expect_true_exposures(frames);
     }
@@ -163,22 +163,22 @@ TEST(LibcameraFrames, HaveTheExposureThatWasInForceWhetherTheCameraSaysItOrNot) 
 }
 
 TEST(LibcameraFrames, AreStampedInTheMiddleOfTheirExposure) {
-  for (const Told& f : frames_of(one(saying(true)), kBracket, 24))
+  for (const FrameReport& f : frames_of(one(saying(true)), kBracket, 24))
     EXPECT_NEAR(static_cast<double>(f.info.mid_exposure.ns),
                 static_cast<double>((f.truths[0].begin_ns + f.truths[0].end_ns) / 2), 1000.0);
 }
 
 TEST(LibcameraFrames, OfABracketComeAtTheCamerasFullRateWhereItSaysItsExposures) {
-  const std::vector<Told> frames = frames_of(one(saying(true, 20'000)), kBracket, 30);
+  const std::vector<FrameReport> frames = frames_of(one(saying(true, 20'000)), kBracket, 30);
   // Of thirty frames of the camera hardly one is left out: a machine that is busy may lose some.
   ASSERT_GE(frames.size(), 30U);
   EXPECT_LE(frames[29].truths[0].number - frames[0].truths[0].number, 45U);
 }
 
 TEST(LibcameraFrames, OfTwoCamerasAreTakenTogetherWithTheLensesInOrder) {
-  const std::vector<Told> frames = frames_of(pair(saying(true), std::chrono::milliseconds(4)), kSingle, 30);
+  const std::vector<FrameReport> frames = frames_of(pair(saying(true), std::chrono::milliseconds(4)), kSingle, 30);
   expect_true_exposures(frames);
-  for (const Told& f : frames) {
+  for (const FrameReport& f : frames) {
     EXPECT_THAT(f.lenses, ::testing::ElementsAre(0, 1));
     const std::int64_t apart = f.truths[1].end_ns - f.truths[0].end_ns;
     EXPECT_EQ(std::abs(apart), 4'000'000) << "the nearest frames, not neighbours of theirs";
@@ -188,7 +188,7 @@ TEST(LibcameraFrames, OfTwoCamerasAreTakenTogetherWithTheLensesInOrder) {
 }
 
 TEST(LibcameraFrames, OfTwoCamerasInABracketComeAtTheFullRateOnceTheirCyclesAreAligned) {
-  const std::vector<Told> frames = frames_of(pair(saying(true, 20'000), std::chrono::milliseconds(4)), kBracket, 60);
+  const std::vector<FrameReport> frames = frames_of(pair(saying(true, 20'000), std::chrono::milliseconds(4)), kBracket, 60);
   expect_true_exposures(frames);
   ASSERT_GE(frames.size(), 60U);
   EXPECT_LE(frames[59].truths[0].number - frames[15].truths[0].number, 66U) << "of 44 frames hardly one is left out";
@@ -202,7 +202,7 @@ TEST(LibcameraFrames, OfTwoCamerasFindTheSameExposureAgainWhenOneHasLostAFrame) 
   losing.id = "losing";
   losing.lost_every = 50;
   cameras.push_back(std::make_shared<SimulatedCamera>(losing));
-  const std::vector<Told> frames = frames_of(cameras, kBracket, 60);
+  const std::vector<FrameReport> frames = frames_of(cameras, kBracket, 60);
   expect_true_exposures(frames);
   ASSERT_GE(frames.size(), 60U);
   EXPECT_LE(frames[59].truths[0].number - frames[0].truths[0].number, 110U);
@@ -210,7 +210,7 @@ TEST(LibcameraFrames, OfTwoCamerasFindTheSameExposureAgainWhenOneHasLostAFrame) 
 
 TEST(LibcameraFrames, OfTwoCamerasInABracketHaveTheSameExposure) {
   for (const bool says : {true, false}) {
-    const std::vector<Told> frames = frames_of(pair(saying(says), std::chrono::milliseconds(4)), kBracket, 12);
+    const std::vector<FrameReport> frames = frames_of(pair(saying(says), std::chrono::milliseconds(4)), kBracket, 12);
     EXPECT_GE(frames.size(), 12U);
     expect_true_exposures(frames);
   }
@@ -223,7 +223,7 @@ TEST(LibcameraFrames, ThatOneOfTwoCamerasLostAreNobodysAndTheOthersGoOn) {
   losing.lost_every = 5;
   losing.phase = std::chrono::milliseconds(2);
   cameras.push_back(std::make_shared<SimulatedCamera>(losing));
-  const std::vector<Told> frames = frames_of(cameras, kSingle, 40);
+  const std::vector<FrameReport> frames = frames_of(cameras, kSingle, 40);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     EXPECT_NE(frames[i].truths[1].number % 5, 0U);
     if (i == 0) continue;
@@ -288,7 +288,7 @@ TEST(LibcameraLoss, FramesComeAgainWithinTwoSecondsOfTheCamerasReturn) {
     const std::unique_ptr<CameraBackend> camera = backend_on(cameras, kSingle);
     ASSERT_TRUE(camera->open().ok());
     auto watcher = std::make_shared<Watcher>();
-    watcher->patience = std::chrono::seconds(6);
+    watcher->timeout = std::chrono::seconds(6);
     watcher->keep(2);
     ASSERT_TRUE(camera->start(*watcher).ok());
     ASSERT_TRUE(watcher->wait_for(5, *camera));
@@ -312,7 +312,7 @@ TEST(LibcameraLoss, FramesComeAgainWithinTwoSecondsOfTheCamerasReturn) {
     const std::vector<Frame> held = watcher->take_kept();
     ASSERT_EQ(held.size(), 2U);
     for (const Frame& f : held) EXPECT_EQ(truth_of(f.views()[0]).magic, kTruthMagic);
-    const std::vector<conformance::Seen> seen = watcher->seen();
+    const std::vector<conformance::ReceivedFrame> seen = watcher->seen();
     for (std::size_t i = 1; i < seen.size(); ++i) {
       EXPECT_GT(seen[i].info.sequence, seen[i - 1].info.sequence);
       EXPECT_GT(seen[i].info.mid_exposure, seen[i - 1].info.mid_exposure);

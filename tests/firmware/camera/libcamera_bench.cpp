@@ -31,7 +31,7 @@ std::vector<BackendUnderTest> cameras_of_the_bench() {
   all[1].name = "bracket";
   all[1].make = camera({0.002, 0.02});
   // Cameras wake up slowly, and an emulated board is slower still.
-  for (BackendUnderTest& b : all) b.patience = std::chrono::seconds(30);
+  for (BackendUnderTest& b : all) b.timeout = std::chrono::seconds(30);
   return all;
 }
 

@@ -10,7 +10,7 @@
 #include "camera/backends/libcamera/control_choice.hpp"
 #include "camera/backends/libcamera/format_choice.hpp"
 #include "camera/backends/libcamera/libcamera_options.hpp"
-#include "camera/backends/libcamera/rehearsal.hpp"
+#include "camera/backends/libcamera/camera_capabilities.hpp"
 #include "camera/backends/libcamera/sensor_clock.hpp"
 
 namespace lightwell::libcam {
@@ -43,7 +43,7 @@ TEST(LibcameraUri, SettingsAreRead) {
   const auto o = parsed("1?readout=18.9us&stamp=exposure&white=1.8,1.5&settle=5");
   ASSERT_TRUE(o.ok()) << o.status().message();
   EXPECT_EQ(o->row_readout.ns, 18900);
-  EXPECT_EQ(o->stamped, StampedEvent::exposure);
+  EXPECT_EQ(o->timestamp_event, TimestampEvent::exposure);
   EXPECT_THAT(o->colour_gains, ElementsAre(1.8, 1.5));
   EXPECT_EQ(o->settle_frames, 5);
 }
@@ -94,7 +94,7 @@ constexpr std::uint32_t fourcc(const char* c) {
   return static_cast<std::uint32_t>(c[0]) | static_cast<std::uint32_t>(c[1]) << 8 |
          static_cast<std::uint32_t>(c[2]) << 16 | static_cast<std::uint32_t>(c[3]) << 24;
 }
-const OfferedFormat kMjpeg{fourcc("MJPG"), 0, "MJPEG"}, kYuyv{fourcc("YUYV"), 0, "YUYV"},
+const SupportedFormat kMjpeg{fourcc("MJPG"), 0, "MJPEG"}, kYuyv{fourcc("YUYV"), 0, "YUYV"},
     kNv12{fourcc("NV12"), 0, "NV12"}, kRgb{fourcc("RG24"), 0, "RGB888"}, kBgr{fourcc("BG24"), 0, "BGR888"},
     kRaw10{fourcc("RG10"), 0, "SRGGB10"}, kPacked10{fourcc("RG10"), (std::uint64_t{11} << 56) | 1, "SRGGB10_CSI2P"},
     kOtherOrder{fourcc("BG10"), 0, "SBGGR10"};
@@ -111,7 +111,7 @@ TEST(LibcameraFormat, PackedAndOtherwiseOrderedRawPicturesAreNoneOfOurs) {
 }
 
 TEST(LibcameraFormat, ProcessedPicturesAreTakenBeforeRawOnesAndAWishBeforeBoth) {
-  const std::vector<OfferedFormat> offered{kMjpeg, kRaw10, kBgr, kYuyv, kNv12};
+  const std::vector<SupportedFormat> offered{kMjpeg, kRaw10, kBgr, kYuyv, kNv12};
   EXPECT_EQ(*choose_format(offered, std::nullopt), 4U);
   EXPECT_EQ(*choose_format(offered, PixelFormat::bayer_rggb10), 1U);
   EXPECT_EQ(*choose_format(offered, PixelFormat::rgb8), 2U);
@@ -138,20 +138,20 @@ LibcameraOptions asking(std::vector<double> exposure_s) {
   return o;
 }
 
-OfferedControls all_offered() {
-  OfferedControls c;
-  c.exposure_by_hand = c.white_by_hand = true;
-  c.exposure_us = OfferedRange{75, 66'666, std::nullopt};
-  c.gain = OfferedRange{1, 16, 1.0};
-  c.colour_gain = OfferedRange{0, 32, std::nullopt};
-  c.duration_us = OfferedRange{16'666, 1'000'000, std::nullopt};
+SupportedControls all_offered() {
+  SupportedControls c;
+  c.manual_exposure = c.manual_white_balance = true;
+  c.exposure_us = ControlRange{75, 66'666, std::nullopt};
+  c.gain = ControlRange{1, 16, 1.0};
+  c.colour_gain = ControlRange{0, 32, std::nullopt};
+  c.duration_us = ControlRange{16'666, 1'000'000, std::nullopt};
   return c;
 }
 
 TEST(LibcameraControls, WhatIsOfferedIsTakenOutOfTheCamerasHandsWithoutAWord) {
   const auto chosen = choose_controls(all_offered(), asking({0.004, 0.016}));
   ASSERT_TRUE(chosen.ok());
-  EXPECT_TRUE(chosen->exposure_by_hand && chosen->white_by_hand && chosen->set_exposure);
+  EXPECT_TRUE(chosen->manual_exposure && chosen->manual_white_balance && chosen->set_exposure);
   EXPECT_THAT(chosen->exposure_us, ElementsAre(4000, 16'000));
   EXPECT_EQ(chosen->gain, 1.0F);
   EXPECT_THAT(*chosen->colour_gains, ElementsAre(1.0F, 1.0F));
@@ -169,9 +169,9 @@ TEST(LibcameraControls, ExposuresOutsideTheRangeBecomeItsEndsAndThatIsSaid) {
 }
 
 TEST(LibcameraControls, UsbCamerasTakeWholeHundredsOfMicroseconds) {
-  OfferedControls usb;
-  usb.exposure_by_hand = true;
-  usb.exposure_us = OfferedRange{100, 1'000'000, 15'600.0};
+  SupportedControls usb;
+  usb.manual_exposure = true;
+  usb.exposure_us = ControlRange{100, 1'000'000, 15'600.0};
   const auto chosen = choose_controls(usb, asking({0.00016, 0.00012, 0.00001}));
   ASSERT_TRUE(chosen.ok());
   EXPECT_THAT(chosen->exposure_us, ElementsAre(200, 100, 100)) << "cut off, 0.16 ms would be exposed for 0.1 ms";
@@ -197,7 +197,7 @@ TEST(LibcameraControls, ABracketOnACameraWithoutExposureIsRefused) {
 
 TEST(LibcameraControls, WithoutAWishTheExposureIsHeldAtTheCamerasOwnWithinAFrame) {
   EXPECT_THAT(choose_controls(all_offered(), asking({}))->exposure_us, ElementsAre(10'000));
-  OfferedControls with_default = all_offered();
+  SupportedControls with_default = all_offered();
   with_default.exposure_us->preset = 5000;
   EXPECT_THAT(choose_controls(with_default, asking({}))->exposure_us, ElementsAre(5000));
   with_default.exposure_us->preset = 60'000;
@@ -205,10 +205,10 @@ TEST(LibcameraControls, WithoutAWishTheExposureIsHeldAtTheCamerasOwnWithinAFrame
 }
 
 TEST(LibcameraControls, RangesThatMakeNoSenseCountAsNotOffered) {
-  OfferedControls odd = all_offered();
-  odd.exposure_us = OfferedRange{100, 0, std::nullopt};
-  odd.gain = OfferedRange{std::nan(""), 4, std::nullopt};
-  odd.duration_us = OfferedRange{0, 0, std::nullopt};
+  SupportedControls odd = all_offered();
+  odd.exposure_us = ControlRange{100, 0, std::nullopt};
+  odd.gain = ControlRange{std::nan(""), 4, std::nullopt};
+  odd.duration_us = ControlRange{0, 0, std::nullopt};
   const auto chosen = choose_controls(odd, asking({0.01}));
   ASSERT_TRUE(chosen.ok());
   EXPECT_FALSE(chosen->set_exposure);
@@ -268,19 +268,19 @@ TEST(SensorClock, ReadsBothClocksAtOneInstant) {
 }
 
 TEST(FrameTiming, TheMiddleOfAnExposureLiesHalfOfItBeforeItsReadout) {
-  const FrameTiming global{0.010, {}, 480, StampedEvent::readout};
+  const FrameTiming global{0.010, {}, 480, TimestampEvent::readout};
   EXPECT_EQ(mid_exposure({kSecond}, global).ns, kSecond - 5'000'000);
   EXPECT_EQ(exposure_begin({kSecond}, global).ns, kSecond - 10'000'000);
 }
 
 TEST(FrameTiming, TheCentreRowOfARollingShutterIsLater) {
-  const FrameTiming rolling{0.010, {20'000}, 480, StampedEvent::readout};
+  const FrameTiming rolling{0.010, {20'000}, 480, TimestampEvent::readout};
   EXPECT_EQ(mid_exposure({kSecond}, rolling).ns, kSecond - 5'000'000 + 240 * 20'000);
   EXPECT_EQ(exposure_begin({kSecond}, rolling).ns, kSecond - 10'000'000) << "of the first row";
 }
 
 TEST(FrameTiming, AStampOfTheExposuresBeginningLiesBeforeItsMiddle) {
-  const FrameTiming documented{0.010, {20'000}, 480, StampedEvent::exposure};
+  const FrameTiming documented{0.010, {20'000}, 480, TimestampEvent::exposure};
   EXPECT_EQ(mid_exposure({kSecond}, documented).ns, kSecond + 5'000'000 + 240 * 20'000);
 }
 

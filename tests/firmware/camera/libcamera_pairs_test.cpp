@@ -26,12 +26,12 @@ struct Outcome {
   std::vector<int> dropped;
 };
 
-Outcome pair_up(FramePairs& pairs, const std::vector<Shot>& shots) {
+Outcome pair_up(FramePairer& pairs, const std::vector<Shot>& shots) {
   Outcome out;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     pairs.offer(shots[i].lens, {{shots[i].at}, static_cast<int>(i)});
-    for (auto v = pairs.next(); v.kind != FramePairs::Kind::nothing; v = pairs.next()) {
-      if (v.kind == FramePairs::Kind::pair)
+    for (auto v = pairs.next(); v.kind != FramePairer::Kind::nothing; v = pairs.next()) {
+      if (v.kind == FramePairer::Kind::pair)
         out.pairs.emplace_back(v.tokens[0], v.tokens[1]);
       else
         out.dropped.push_back(v.tokens[static_cast<std::size_t>(v.lens)]);
@@ -46,14 +46,14 @@ std::vector<Shot> in_order(std::vector<Shot> shots) {
   return shots;
 }
 
-TEST(FramePairs, FramesThatLieNearestToEachOtherArePairs) {
+TEST(FramePairer, FramesThatLieNearestToEachOtherArePairs) {
   std::vector<Shot> shots;
   for (int i = 0; i < 50; ++i) {
     shots.push_back({0, i * kFrame});
     shots.push_back({1, i * kFrame + kFrame / 3});
   }
   shots = in_order(shots);
-  FramePairs pairs({kFrame});
+  FramePairer pairs({kFrame});
   const Outcome out = pair_up(pairs, shots);
   ASSERT_EQ(out.pairs.size(), 50U);
   EXPECT_TRUE(out.dropped.empty());
@@ -61,22 +61,22 @@ TEST(FramePairs, FramesThatLieNearestToEachOtherArePairs) {
     EXPECT_EQ(shots[static_cast<std::size_t>(b)].at - shots[static_cast<std::size_t>(a)].at, kFrame / 3);
 }
 
-TEST(FramePairs, HalfAFrameApartIsStillAPairAndANanosecondMoreIsNot) {
-  FramePairs pairs({kFrame});
+TEST(FramePairer, HalfAFrameApartIsStillAPairAndANanosecondMoreIsNot) {
+  FramePairer pairs({kFrame});
   EXPECT_EQ(pair_up(pairs, {{0, 1000}, {1, 1000 + kFrame / 2}}).pairs.size(), 1U);
-  FramePairs strict({kFrame});
+  FramePairer strict({kFrame});
   const Outcome out = pair_up(strict, {{0, 1000}, {1, 1001 + kFrame / 2}});
   EXPECT_TRUE(out.pairs.empty());
   EXPECT_EQ(out.dropped, std::vector<int>{0}) << "its nearest would have come by now";
 }
 
-TEST(FramePairs, AFrameThatTheOtherCameraLostIsDroppedAndCounted) {
+TEST(FramePairer, AFrameThatTheOtherCameraLostIsDroppedAndCounted) {
   std::vector<Shot> shots;
   for (int i = 0; i < 30; ++i) {
     shots.push_back({0, i * kFrame});
     if (i < 10 || i > 13) shots.push_back({1, i * kFrame + 2'000'000});
   }
-  FramePairs pairs({kFrame});
+  FramePairer pairs({kFrame});
   const Outcome out = pair_up(pairs, in_order(shots));
   EXPECT_EQ(out.pairs.size(), 26U);
   EXPECT_EQ(pairs.counts().pairs, 26U);
@@ -84,13 +84,13 @@ TEST(FramePairs, AFrameThatTheOtherCameraLostIsDroppedAndCounted) {
   EXPECT_EQ(pairs.counts().unpaired[1], 0U);
 }
 
-TEST(FramePairs, ACameraThatRunsFasterDriftsThroughAndLosesOneFrameAPeriod) {
+TEST(FramePairer, ACameraThatRunsFasterDriftsThroughAndLosesOneFrameAPeriod) {
   // 1 % faster: after 100 frames it is one frame ahead.
   std::vector<Shot> shots;
   for (int i = 0; i < 1000; ++i) shots.push_back({0, i * kFrame});
   for (int i = 0; i * (kFrame * 99 / 100) < 1000 * kFrame; ++i) shots.push_back({1, i * (kFrame * 99 / 100)});
   shots = in_order(shots);
-  FramePairs pairs({kFrame});
+  FramePairer pairs({kFrame});
   const Outcome out = pair_up(pairs, shots);
   EXPECT_GE(out.pairs.size(), 999U);
   EXPECT_NEAR(static_cast<double>(pairs.counts().unpaired[1]), 10, 1);
@@ -101,7 +101,7 @@ TEST(FramePairs, ACameraThatRunsFasterDriftsThroughAndLosesOneFrameAPeriod) {
   }
 }
 
-TEST(FramePairs, PairsAreOfTheNearestFramesWhateverTheJitter) {
+TEST(FramePairer, PairsAreOfTheNearestFramesWhateverTheJitter) {
   std::mt19937 random(7);
   std::uniform_int_distribution<std::int64_t> jitter(-2'000'000, 2'000'000);
   for (const int phase : {-14, -9, 0, 5, 13}) {
@@ -111,7 +111,7 @@ TEST(FramePairs, PairsAreOfTheNearestFramesWhateverTheJitter) {
       shots.push_back({1, i * kFrame + phase * 1'000'000 + jitter(random)});
     }
     shots = in_order(shots);
-    FramePairs pairs({kFrame});
+    FramePairer pairs({kFrame});
     for (const auto& [a, b] : pair_up(pairs, shots).pairs) {
       const std::int64_t at = shots[static_cast<std::size_t>(a)].at;
       const std::int64_t apart = std::abs(at - shots[static_cast<std::size_t>(b)].at);
@@ -124,17 +124,17 @@ TEST(FramePairs, PairsAreOfTheNearestFramesWhateverTheJitter) {
   }
 }
 
-TEST(FramePairs, ASilentCameraHoldsUpNoMoreThanTwoFrames) {
-  FramePairs pairs({kFrame});
+TEST(FramePairer, ASilentCameraHoldsUpNoMoreThanTwoFrames) {
+  FramePairer pairs({kFrame});
   std::vector<Shot> shots;
   for (int i = 0; i < 20; ++i) shots.push_back({0, i * kFrame});
   const Outcome out = pair_up(pairs, shots);
-  EXPECT_EQ(out.dropped.size(), 20U - FramePairs::kMostWaiting);
+  EXPECT_EQ(out.dropped.size(), 20U - FramePairer::kMaxWaiting);
   EXPECT_EQ(out.dropped.front(), 0) << "the oldest first";
 }
 
-TEST(FramePairs, ATimeThatGoesBackIsRefusedAndCounted) {
-  FramePairs pairs({kFrame});
+TEST(FramePairer, ATimeThatGoesBackIsRefusedAndCounted) {
+  FramePairer pairs({kFrame});
   const Outcome out = pair_up(pairs, {{0, 5 * kFrame}, {0, 5 * kFrame}, {0, 4 * kFrame}, {1, 5 * kFrame}});
   EXPECT_EQ(out.dropped, (std::vector<int>{1, 2}));
   EXPECT_EQ(pairs.counts().disordered[0], 2U);
@@ -142,8 +142,8 @@ TEST(FramePairs, ATimeThatGoesBackIsRefusedAndCounted) {
   EXPECT_EQ(out.pairs[0], std::pair(0, 3));
 }
 
-TEST(FramePairs, AfterARestartNothingWaitsAndTimesMayBeAnyAgain) {
-  FramePairs pairs({kFrame});
+TEST(FramePairer, AfterARestartNothingWaitsAndTimesMayBeAnyAgain) {
+  FramePairer pairs({kFrame});
   (void)pair_up(pairs, {{0, 9 * kFrame}});
   pairs.restart();
   const Outcome out = pair_up(pairs, {{1, kFrame}, {0, kFrame}});

@@ -52,12 +52,12 @@ SimulatedLens::SimulatedLens(std::shared_ptr<SimulatedCamera> camera, int lens, 
 Status SimulatedLens::acquire(const LibcameraOptions& options, int lendable) {
   release();
   if (camera_->device() == 0) return {StatusCode::unavailable, "camera '" + id() + "' is away"};
-  OfferedControls offered;
-  offered.exposure_by_hand = offered.white_by_hand = true;
-  offered.exposure_us = OfferedRange{1, 1'000'000, std::nullopt};
-  offered.gain = OfferedRange{1, 16, 1.0};
-  offered.duration_us = OfferedRange{100, 10'000'000, std::nullopt};
-  Result<ChosenControls> controls = choose_controls(offered, options);
+  SupportedControls offered;
+  offered.manual_exposure = offered.manual_white_balance = true;
+  offered.exposure_us = ControlRange{1, 1'000'000, std::nullopt};
+  offered.gain = ControlRange{1, 16, 1.0};
+  offered.duration_us = ControlRange{100, 10'000'000, std::nullopt};
+  Result<SelectedControls> controls = choose_controls(offered, options);
   if (!controls) return controls.status();
   controls_ = std::move(*controls);
   const SimulatedCameraOptions& o = camera_->options();
@@ -164,9 +164,9 @@ void SimulatedLens::expose(std::uint64_t tick, Clock::time_point end) {
   std::memcpy(pixels.data(), &truth, sizeof truth);
   Picture& picture = pictures_[static_cast<std::size_t>(buffer)];
   picture.good = true;
-  picture.stamp_ns = truth.end_ns;
+  picture.timestamp_ns = truth.end_ns;
   picture.sequence = number;
-  if (o.says_exposure) {
+  if (o.reports_exposure) {
     picture.exposure_s = 1e-6 * exposed_us;
     picture.gain = 1;
   }

@@ -28,7 +28,7 @@ struct SimulatedCameraOptions {
   std::chrono::microseconds interval{10'000};
   std::chrono::microseconds phase{0};  ///< Of its clock against that of others.
   int delay = 2;                       ///< Frames from when an exposure is asked for until one begins with it.
-  bool says_exposure = true;
+  bool reports_exposure = true;
   bool gives_frames = true;
   int width = 32, height = 16;
   double exposure_factor = 1;  ///< What it makes of the exposures asked for.
@@ -81,7 +81,7 @@ class SimulatedLens final : public Lens {
   [[nodiscard]] const std::string& id() const override { return camera_->options().id; }
   [[nodiscard]] const std::string& model() const override { return camera_->options().id; }
   [[nodiscard]] const PictureLayout& layout() const override { return layout_; }
-  [[nodiscard]] const ChosenControls& controls() const override { return controls_; }
+  [[nodiscard]] const SelectedControls& controls() const override { return controls_; }
   [[nodiscard]] const std::vector<std::string>& notes() const override { return controls_.notes; }
   [[nodiscard]] std::shared_ptr<const PictureMemory> memory() const override;
   [[nodiscard]] int buffers() const override { return static_cast<int>(pictures_.size()); }
@@ -100,7 +100,7 @@ class SimulatedLens final : public Lens {
   const int lens_;
   const std::shared_ptr<Mailbox> mailbox_;
   PictureLayout layout_;
-  ChosenControls controls_;
+  SelectedControls controls_;
   int device_ = 0, session_ = 0;
   std::shared_ptr<Memory> memory_;
 

@@ -48,22 +48,22 @@ class SimulatedOak final : public OakDevice {
     return std::string("OAK 0123");
   }
   void disconnect() override { connected_ = false; }
-  [[nodiscard]] bool ask(std::uint32_t exposure_us, std::uint32_t) override {
+  [[nodiscard]] bool set_exposure(std::uint32_t exposure_us, std::uint32_t) override {
     if (!here()) return false;
     asked_.emplace_back(ticks(), exposure_us);
     return true;
   }
-  [[nodiscard]] Next wait(OakPicture& picture, std::chrono::milliseconds patience) override {
-    if (!here()) return Next::gone;
-    const Clock::time_point limit = Clock::now() + patience;
+  [[nodiscard]] WaitResult wait(OakPicture& picture, std::chrono::milliseconds timeout) override {
+    if (!here()) return WaitResult::gone;
+    const Clock::time_point limit = Clock::now() + timeout;
     next_ = std::max(next_, ticks() - 3);
     const Clock::time_point due{table_->interval * next_};
     std::this_thread::sleep_until(std::min(due, limit));
-    if (!here()) return Next::gone;
-    if (due > Clock::now() || !table_->gives_frames) return Next::nothing;
+    if (!here()) return WaitResult::gone;
+    if (due > Clock::now() || !table_->gives_frames) return WaitResult::nothing;
     expose(picture, due);
     ++next_;
-    return Next::picture;
+    return WaitResult::picture;
   }
 
  private:
@@ -89,7 +89,7 @@ class SimulatedOak final : public OakDevice {
     if (!raw) std::memcpy(memory->data(), &truth, sizeof truth);
     picture.data = *memory;
     picture.holder = memory;
-    picture.stamp_ns = truth.end_ns + table_->clock_offset_ns;
+    picture.timestamp_ns = truth.end_ns + table_->clock_offset_ns;
     picture.sequence = next_ - first_;
     picture.exposure_us = us;
     picture.iso = options_.iso;

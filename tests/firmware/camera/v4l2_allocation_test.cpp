@@ -73,7 +73,7 @@ std::size_t taken_for(std::uint32_t fourcc, const std::string& parameters) {
   EXPECT_TRUE((*camera)->open().ok());
   Counter counter;
   EXPECT_TRUE((*camera)->start(counter).ok());
-  EXPECT_TRUE(test::comes_true("all frames have come", [&] { return counter.done.load(); }));
+  EXPECT_TRUE(test::becomes_true("all frames have come", [&] { return counter.done.load(); }));
   (*camera)->stop();
   return counter.taken;
 }

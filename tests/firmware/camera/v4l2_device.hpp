@@ -98,7 +98,7 @@ class V4l2Device {
   struct Slot {
     bool queued = false, done = false;
     std::uint32_t bytes = 0, flags = 0, sequence = 0;
-    std::int64_t stamp_ns = 0;
+    std::int64_t timestamp_ns = 0;
   };
   struct Taken {
     std::uint32_t sequence = 0;

@@ -98,7 +98,7 @@ int V4l2Device::on_buffer(unsigned long request, void* argument) {
       b.bytesused = slot.bytes;
       b.flags = slot.flags;
       b.sequence = slot.sequence;
-      b.timestamp = {slot.stamp_ns / 1'000'000'000, slot.stamp_ns % 1'000'000'000 / 1000};
+      b.timestamp = {slot.timestamp_ns / 1'000'000'000, slot.timestamp_ns % 1'000'000'000 / 1000};
       return 0;
     }
     default:
@@ -153,7 +153,7 @@ void V4l2Device::take_frame(std::int64_t end_ns) {
   slot.sequence = sequence;
   const bool monotonic = (kind_.stamp_flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   const bool start = (kind_.stamp_flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-  slot.stamp_ns = monotonic ? (start ? start_ns : end_ns) : clock_ns(CLOCK_REALTIME);
+  slot.timestamp_ns = monotonic ? (start ? start_ns : end_ns) : clock_ns(CLOCK_REALTIME);
   slot.queued = false;
   slot.done = true;
   done_.push_back(index);

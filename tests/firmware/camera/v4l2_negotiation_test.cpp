@@ -21,8 +21,8 @@ Mode mode(std::uint32_t fourcc, int width, int height, std::vector<std::uint32_t
 }
 
 /// "YUYV 640x480 30"
-std::string chosen(const std::vector<Mode>& modes, const Wanted& wanted) {
-  const Result<Choice> choice = choose_mode(modes, wanted);
+std::string chosen(const std::vector<Mode>& modes, const RequestedFormat& wanted) {
+  const Result<SelectedMode> choice = choose_mode(modes, wanted);
   if (!choice) return choice.status().message();
   return fourcc_text(choice->mode.fourcc) + " " + std::to_string(choice->mode.width) + "x" +
          std::to_string(choice->mode.height) + " " + std::to_string(std::lround(choice->interval.rate()));
@@ -61,7 +61,7 @@ TEST(ChooseMode, TheOrderOfPreferenceIsTheWrittenOne) {
   for (const Encoding& encoding : encodings()) modes.insert(modes.begin(), mode(encoding.fourcc, 640, 480, {30}));
   std::vector<std::string_view> order;
   while (!modes.empty()) {
-    const Result<Choice> choice = choose_mode(modes, {640, 480, 30, ""});
+    const Result<SelectedMode> choice = choose_mode(modes, {640, 480, 30, ""});
     ASSERT_TRUE(choice.ok());
     const std::string_view name = encoding_of(choice->mode.fourcc)->name;
     if (order.empty() || order.back() != name) order.push_back(name);

@@ -50,7 +50,7 @@ TEST(V4l2Replug, FramesComeAgainWithinTwoSeconds) {
   const std::uint64_t first = open.watch.seen()[before].info.sequence;
   EXPECT_GE(first - last - 1, 20U) << "0.4 s at 50 frames a second were lost";
   EXPECT_EQ(plugged.device().control(V4L2_CID_EXPOSURE_ABSOLUTE), 30) << "it had forgotten";
-  EXPECT_EQ(open.camera->counts().losses, 1U);
+  EXPECT_EQ(open.camera->counts().disconnects, 1U);
 }
 
 TEST(V4l2Replug, AnExposureThatWasFoundIsKept) {
@@ -87,12 +87,12 @@ TEST(V4l2Replug, AgainAndAgainItLeaksNothing) {
       running = threads();
     } else if (round > 1) {
       EXPECT_TRUE(
-          test::comes_true("no descriptor is left over", [&] { return UmockCamera::descriptors() <= descriptors; }));
+          test::becomes_true("no descriptor is left over", [&] { return UmockCamera::descriptors() <= descriptors; }));
       EXPECT_EQ(own, mappings);
       EXPECT_EQ(threads(), running);
     }
   }
-  EXPECT_EQ(open.camera->counts().losses, 8U);
+  EXPECT_EQ(open.camera->counts().disconnects, 8U);
 }
 
 TEST(V4l2Replug, FramesThatAreHeldStayAsTheyAreUntilTheyAreGivenBack) {
@@ -128,7 +128,7 @@ TEST(V4l2Replug, AllFramesHeldOverManyReturnsAreNoMoreThanMayBeLent) {
   ASSERT_TRUE(open.start());
   std::vector<Frame> held;
   std::vector<std::uint32_t> sums;
-  for (int round = 0; round < frames_to_lend(1); ++round) {
+  for (int round = 0; round < required_buffer_count(1); ++round) {
     open.watch.keep(1);
     ASSERT_TRUE(open.watch.more_come(1));
     for (Frame& frame : open.watch.take_kept()) {
@@ -140,8 +140,8 @@ TEST(V4l2Replug, AllFramesHeldOverManyReturnsAreNoMoreThanMayBeLent) {
     plugged.plug_in();
     ASSERT_TRUE(open.becomes(State::streaming));
   }
-  ASSERT_EQ(held.size(), static_cast<std::size_t>(frames_to_lend(1)));
-  ASSERT_TRUE(test::comes_true("all are out", [&] { return open.camera->counts().crowded > 3; }));
+  ASSERT_EQ(held.size(), static_cast<std::size_t>(required_buffer_count(1)));
+  ASSERT_TRUE(test::becomes_true("all are out", [&] { return open.camera->counts().no_free_buffer > 3; }));
   for (std::size_t i = 0; i < held.size(); ++i) EXPECT_EQ(checksum(held[i]), sums[i]);
   held.clear();
   EXPECT_TRUE(open.watch.more_come(3));
@@ -180,7 +180,7 @@ TEST(V4l2Replug, ADeviceThatFallsSilentIsTakenUpAnew) {
   ASSERT_TRUE(open.start());
   ASSERT_TRUE(open.watch.more_come(2));
   plugged.device().fall_silent(true);
-  ASSERT_TRUE(test::comes_true("the silence is seen", [&] { return open.camera->counts().losses == 1; }));
+  ASSERT_TRUE(test::becomes_true("the silence is seen", [&] { return open.camera->counts().disconnects == 1; }));
   plugged.device().fall_silent(false);
   EXPECT_TRUE(open.watch.more_come(2));
 }
@@ -192,7 +192,7 @@ TEST(V4l2Replug, ADeviceThatTakesThreeSecondsToWakeUpIsNotLost) {
   OpenCamera open("");
   ASSERT_TRUE(open.start());
   ASSERT_TRUE(open.watch.more_come(3));
-  EXPECT_EQ(open.camera->counts().losses, 0U);
+  EXPECT_EQ(open.camera->counts().disconnects, 0U);
 }
 
 TEST(V4l2Replug, StoppingAndStartingWhileItIsAway) {

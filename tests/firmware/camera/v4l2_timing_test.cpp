@@ -13,46 +13,46 @@ constexpr Duration kSecond{1'000'000'000};
 constexpr std::int64_t kMs = 1'000'000;
 
 TEST(MidExposure, OfAGlobalShutterIsHalfAnExposureFromEitherEnd) {
-  const Rows rows{480, 239.5, {}};
-  EXPECT_EQ(mid_exposure({{100 * kMs}, Stamp::Event::start_of_exposure}, 0.008, rows).ns, 104 * kMs);
-  EXPECT_EQ(mid_exposure({{100 * kMs}, Stamp::Event::end_of_frame}, 0.008, rows).ns, 96 * kMs);
+  const RowTiming rows{480, 239.5, {}};
+  EXPECT_EQ(mid_exposure({{100 * kMs}, Timestamp::Event::start_of_exposure}, 0.008, rows).ns, 104 * kMs);
+  EXPECT_EQ(mid_exposure({{100 * kMs}, Timestamp::Event::end_of_frame}, 0.008, rows).ns, 96 * kMs);
 }
 
 TEST(MidExposure, OfARollingShutterIsTheCentreRows) {
   // 480 rows of 50 us: the first begins at 100 ms, row 240 12 ms later; the last has been read out after 480 of them.
-  const Rows rows{480, 240, {50'000}};
-  EXPECT_EQ(mid_exposure({{100 * kMs}, Stamp::Event::start_of_exposure}, 0.008, rows).ns, 116 * kMs);
-  EXPECT_EQ(mid_exposure({{132 * kMs}, Stamp::Event::end_of_frame}, 0.008, rows).ns, 116 * kMs)
+  const RowTiming rows{480, 240, {50'000}};
+  EXPECT_EQ(mid_exposure({{100 * kMs}, Timestamp::Event::start_of_exposure}, 0.008, rows).ns, 116 * kMs);
+  EXPECT_EQ(mid_exposure({{132 * kMs}, Timestamp::Event::end_of_frame}, 0.008, rows).ns, 116 * kMs)
       << "the same frame by its other end: 100 + 8 + 24 ms";
 }
 
 TEST(MidExposure, OfARowFurtherDownIsLater) {
   const auto of_row = [](double row) {
-    return mid_exposure({{0}, Stamp::Event::start_of_exposure}, 0.001, {480, row, {1000}}).ns;
+    return mid_exposure({{0}, Timestamp::Event::start_of_exposure}, 0.001, {480, row, {1000}}).ns;
   };
   EXPECT_EQ(of_row(240.5) - of_row(239.5), 1000);
 }
 
 TEST(TrustedStamp, SaysWhichEndOfTheExposureItIs) {
-  EXPECT_EQ(trusted_stamp(kSoe, {90}, {100}, kSecond).event, Stamp::Event::start_of_exposure);
-  EXPECT_EQ(trusted_stamp(kEof, {90}, {100}, kSecond).event, Stamp::Event::end_of_frame);
-  EXPECT_EQ(trusted_stamp(kSoe, {90}, {100}, kSecond).at.ns, 90);
+  EXPECT_EQ(validate_timestamp(kSoe, {90}, {100}, kSecond).event, Timestamp::Event::start_of_exposure);
+  EXPECT_EQ(validate_timestamp(kEof, {90}, {100}, kSecond).event, Timestamp::Event::end_of_frame);
+  EXPECT_EQ(validate_timestamp(kSoe, {90}, {100}, kSecond).at.ns, 90);
 }
 
 TEST(TrustedStamp, OfAnotherClockIsReplacedByTheArrival) {
   for (const int flags : {V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN, V4L2_BUF_FLAG_TIMESTAMP_COPY,
                           V4L2_BUF_FLAG_TIMESTAMP_COPY | V4L2_BUF_FLAG_TSTAMP_SRC_SOE}) {
-    const Stamp stamp = trusted_stamp(static_cast<std::uint32_t>(flags), {90}, {100}, kSecond);
+    const Timestamp stamp = validate_timestamp(static_cast<std::uint32_t>(flags), {90}, {100}, kSecond);
     EXPECT_EQ(stamp.at.ns, 100);
-    EXPECT_EQ(stamp.event, Stamp::Event::end_of_frame);
+    EXPECT_EQ(stamp.event, Timestamp::Event::end_of_frame);
   }
 }
 
 TEST(TrustedStamp, InTheFutureOrLongAgoIsReplacedByTheArrival) {
-  EXPECT_EQ(trusted_stamp(kSoe, {101}, {100}, kSecond).at.ns, 100);
-  EXPECT_EQ(trusted_stamp(kSoe, {0}, {kSecond.ns}, kSecond).event, Stamp::Event::start_of_exposure)
+  EXPECT_EQ(validate_timestamp(kSoe, {101}, {100}, kSecond).at.ns, 100);
+  EXPECT_EQ(validate_timestamp(kSoe, {0}, {kSecond.ns}, kSecond).event, Timestamp::Event::start_of_exposure)
       << "just not too old";
-  EXPECT_EQ(trusted_stamp(kSoe, {0}, {kSecond.ns + 1}, kSecond).event, Stamp::Event::end_of_frame);
+  EXPECT_EQ(validate_timestamp(kSoe, {0}, {kSecond.ns + 1}, kSecond).event, Timestamp::Event::end_of_frame);
 }
 
 TEST(SequenceCounter, GapsOfTheDriverAreGaps) {
@@ -88,8 +88,8 @@ TEST(SequenceCounter, ADriverThatDoesNotCountIsCountedFor) {
   EXPECT_EQ(counter.number(3), 12U) << "nor is going back a loss";
 }
 
-TEST(Punctuality, AThirdOfAFrameBeyondTheLeastIsTooLate) {
-  Punctuality punctuality;
+TEST(LatencyMonitor, AThirdOfAFrameBeyondTheLeastIsTooLate) {
+  LatencyMonitor punctuality;
   const Duration frame{30 * kMs};
   EXPECT_TRUE(punctuality.in_time(0, {40 * kMs}, frame)) << "the first is all there is to go by";
   EXPECT_TRUE(punctuality.in_time(0, {35 * kMs}, frame));
@@ -97,15 +97,15 @@ TEST(Punctuality, AThirdOfAFrameBeyondTheLeastIsTooLate) {
   EXPECT_FALSE(punctuality.in_time(0, {45 * kMs + 1}, frame));
 }
 
-TEST(Punctuality, EachPlaceOfTheCycleHasItsOwnLeast) {
-  Punctuality punctuality;
+TEST(LatencyMonitor, EachPlaceOfTheCycleHasItsOwnLeast) {
+  LatencyMonitor punctuality;
   const Duration frame{30 * kMs};
   EXPECT_TRUE(punctuality.in_time(0, {5 * kMs}, frame));
   EXPECT_TRUE(punctuality.in_time(1, {25 * kMs}, frame)) << "a long exposure, stamped at its start";
 }
 
-TEST(Punctuality, ACameraWhoseLatencyHasGrownIsForgivenInTime) {
-  Punctuality punctuality;
+TEST(LatencyMonitor, ACameraWhoseLatencyHasGrownIsForgivenInTime) {
+  LatencyMonitor punctuality;
   const Duration frame{30 * kMs};
   EXPECT_TRUE(punctuality.in_time(0, {5 * kMs}, frame));
   int late = 0;

@@ -34,14 +34,14 @@ inline Status open_status(const std::string& parameters, const std::string& path
 /// Notes what came, and keeps frames where asked to.
 class Watch final : public FrameSink {
  public:
-  struct Seen {
+  struct ReceivedFrame {
     FrameInfo info;
     double level = 0;                    ///< mean_level() of the view.
     std::vector<unsigned> first_pixels;  ///< Numbers at the top left: 2 x 2 of a mosaic, else the first three bytes.
   };
 
   void push(Frame frame) override {
-    Seen seen{frame.info, v4l2::mean_level(frame.views()[0]), corner(frame.views()[0])};
+    ReceivedFrame seen{frame.info, v4l2::mean_level(frame.views()[0]), corner(frame.views()[0])};
     if (on_frame) on_frame(frame);
     const std::lock_guard lock(mutex_);
     seen_.push_back(std::move(seen));
@@ -58,7 +58,7 @@ class Watch final : public FrameSink {
     keep_ = 0;
     return std::exchange(kept_, {});
   }
-  [[nodiscard]] std::vector<Seen> seen() const {
+  [[nodiscard]] std::vector<ReceivedFrame> seen() const {
     const std::lock_guard lock(mutex_);
     return seen_;
   }
@@ -68,7 +68,7 @@ class Watch final : public FrameSink {
   }
   [[nodiscard]] ::testing::AssertionResult more_come(std::size_t frames) const {
     const std::size_t wanted = count() + frames;
-    return comes_true(std::to_string(wanted) + " frames have come", [&] { return count() >= wanted; });
+    return becomes_true(std::to_string(wanted) + " frames have come", [&] { return count() >= wanted; });
   }
 
  private:
@@ -83,7 +83,7 @@ class Watch final : public FrameSink {
   }
 
   mutable std::mutex mutex_;
-  std::vector<Seen> seen_;
+  std::vector<ReceivedFrame> seen_;
   std::vector<Frame> kept_;
   std::size_t keep_ = 0;
 };
@@ -112,7 +112,7 @@ class OpenCamera {
     return s.ok() ? ::testing::AssertionSuccess() : ::testing::AssertionFailure() << s.message();
   }
   [[nodiscard]] ::testing::AssertionResult becomes(CameraBackend::State state) const {
-    return comes_true("the camera's state is " + std::to_string(static_cast<int>(state)),
+    return becomes_true("the camera's state is " + std::to_string(static_cast<int>(state)),
                       [&] { return camera->state() == state; });
   }
   [[nodiscard]] std::string notes() const {

@@ -48,11 +48,11 @@ struct Made {
 
   std::vector<float> drawn(float least, float most) {
     std::uniform_real_distribution<float> value(least, most);
-    std::vector<float> out(count + kBlockLightRoom, std::numeric_limits<float>::quiet_NaN());
+    std::vector<float> out(count + kBlockLightPadding, std::numeric_limits<float>::quiet_NaN());
     for (std::size_t b = 0; b < count; ++b) out[b] = value(random);
     return out;
   }
-  [[nodiscard]] BlockWorth worth() const {
+  [[nodiscard]] BlockWeights weights() const {
     const auto at = [&](std::size_t k) { return worths[k].data(); };
     return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), at(10), at(11), at(12), at(13)};
   }
@@ -80,7 +80,7 @@ struct Truth {
 
 Truth truth_of(Made& made, std::size_t b) {
   const BlockRun& r = made.run;
-  const BlockWorth w = made.worth();
+  const BlockWeights w = made.weights();
   const BlockCodes codes = made.codes();
   std::array<double, 3> mean{};
   double sum = 0, across = 0, down = 0, brightest = 0;
@@ -107,13 +107,13 @@ Truth truth_of(Made& made, std::size_t b) {
     brightest += weight * (codes.top[c][b] * double(r.plain_unit) + r.linear_from);
     out.light[c] = light * r.radiance * r.white[c];
   }
-  out.peak = std::max(0.0, brightest * w.brighten[b] * r.radiance);
+  out.peak = std::max(0.0, brightest * w.inverse_vignetting[b] * r.radiance);
   out.offset_x = sum > 0 ? across / sum : 0;
   out.offset_y = sum > 0 ? down / sum : 0;
   const double largest = std::clamp(std::max({mean[0], mean[1], mean[2]}), 0.0, 1.0);
   const float step = r.step == nullptr ? r.plain_unit : r.step[static_cast<std::size_t>(largest * 4095)];
   out.noise = w.spread[b] * (r.read2 + r.shot * std::max(mean[1], 0.0) + double(step) * step / 12);
-  out.bias = w.total[b] * double(hidden_light(static_cast<float>(mean[1]), step, r.cut_noise));
+  out.bias = w.total[b] * double(near_black_bias(static_cast<float>(mean[1]), step, r.cut_noise));
   out.clipped_sr = w.solid_angle[b] * std::min(1.0, double(made.clipped[b]) * w.per_pixel[b]);
   return out;
 }
@@ -129,8 +129,8 @@ TEST(BlockLight, IsWhatTheFormulasSayInDouble) {
           std::vector<CellSum> light(kMost + 1, {kGuard, kGuard, kGuard});
           std::array<std::vector<float>, 4> more;
           more.fill(std::vector<float>(kMost + 1, kGuard));
-          const BlockDoubt doubt =
-              light_of_blocks(made.run, made.worth(), made.codes(), blocks,
+          const BlockErrorSums doubt =
+              convert_block_sums(made.run, made.weights(), made.codes(), blocks,
                               {light.data(), more[0].data(), more[1].data(), more[2].data(), more[3].data()});
           Truth all;
           for (std::size_t b = 0; b < blocks; ++b) {

@@ -20,7 +20,7 @@ TEST(BlockSums, OfLanesAreTheSumsOfTheirColumns) {
       for (int channels = 1; channels <= 3; ++channels) {
         for (const std::size_t blocks : {1U, 2U, 3U, 5U, 7U, 8U, 15U, 16U, 17U, 31U, 33U, 40U, 81U}) {
           const auto columns = static_cast<std::size_t>(edge), count = static_cast<std::size_t>(channels);
-          const std::size_t lanes = blocks * columns * count, room = lanes + kBlockRoom;
+          const std::size_t lanes = blocks * columns * count, room = lanes + kBlockPadding;
           Sums got(room);
           Guarded<std::uint32_t> across(room);
           const bool full = random() % 3 == 0;

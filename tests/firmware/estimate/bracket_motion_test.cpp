@@ -55,7 +55,7 @@ TEST_P(Motion, StillNoisyScenesAreStill) {
       light += sums.sum[i].luminance();
     }
     blocks += layout.size();
-    EXPECT_LT(sums.moved_light, 1e-3 * light) << "a fifth of what raises the flag, in frame " << frame;
+    EXPECT_LT(sums.motion_luminance, 1e-3 * light) << "a fifth of what raises the flag, in frame " << frame;
   }
   EXPECT_LT(static_cast<double>(fewer), 1e-3 * static_cast<double>(blocks));
 }

@@ -53,7 +53,7 @@ void check(const Case& c) {
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
     BracketPass pass(rig, table, layout, plain);
-    ASSERT_TRUE(pass.takes(bracket.frames));
+    ASSERT_TRUE(pass.supports(bracket.frames));
     BlockSums got(layout);
     pass.run(bracket.frames, got);
     double difference = 0;
@@ -86,7 +86,7 @@ void check(const Case& c) {
     EXPECT_GE(got.bias, 0.4 * expected.bias - 1e-6 * total);
     EXPECT_LE(got.bias, 3 * expected.bias + 3e-4 * total);
     EXPECT_LE(fewer, layout.size() / 500);
-    EXPECT_LE(got.moved_light, chroma ? 1e-3 * total : 0);
+    EXPECT_LE(got.motion_luminance, chroma ? 1e-3 * total : 0);
     for (std::size_t b = 0; b < got.clipped.size(); ++b)
       EXPECT_NEAR(got.clipped[b], expected.clipped[b], 1e-5 * expected.clipped[b] + 1e-9) << b;
   });
@@ -129,21 +129,21 @@ TEST(BracketPass, BoundsFromBelowWhatEveryExposureClips) {
 }
 
 TEST(BracketPass, LeavesToThePlainPassWhatItCannotTake) {
-  const auto takes = [](PixelFormat format, int width, int height, std::size_t exposures, int edge) {
+  const auto supports = [](PixelFormat format, int width, int height, std::size_t exposures, int edge) {
     const RigParameters rig = rig_of("pair", width, height, format);
     const RigTable table = *make_rig_table(rig);
     const std::vector<RadianceOf> scenes(exposures, furnished_room());
     const Bracket b = bracket_of(rig, table, format, scenes, std::span(kThree).first(exposures));
     const BlockLayout layout(table, edge);
     const BlockPass plain(table, layout);
-    return BracketPass(rig, table, layout, plain).takes(b.frames);
+    return BracketPass(rig, table, layout, plain).supports(b.frames);
   };
-  EXPECT_TRUE(takes(PixelFormat::rgb8, 64, 48, 2, 8));
-  EXPECT_FALSE(takes(PixelFormat::rgb8, 62, 48, 2, 8)) << "narrower than a vector";
-  EXPECT_FALSE(takes(PixelFormat::bayer_rggb8, 126, 96, 2, 8)) << "in quads";
-  EXPECT_FALSE(takes(PixelFormat::rgb8, 64, 48, 1, 8));
-  EXPECT_FALSE(takes(PixelFormat::rgb_f32, 64, 48, 2, 8));
-  EXPECT_FALSE(takes(PixelFormat::bayer_rggb8, 128, 96, 2, 1)) << "a quad would lie in several blocks";
+  EXPECT_TRUE(supports(PixelFormat::rgb8, 64, 48, 2, 8));
+  EXPECT_FALSE(supports(PixelFormat::rgb8, 62, 48, 2, 8)) << "narrower than a vector";
+  EXPECT_FALSE(supports(PixelFormat::bayer_rggb8, 126, 96, 2, 8)) << "in quads";
+  EXPECT_FALSE(supports(PixelFormat::rgb8, 64, 48, 1, 8));
+  EXPECT_FALSE(supports(PixelFormat::rgb_f32, 64, 48, 2, 8));
+  EXPECT_FALSE(supports(PixelFormat::bayer_rggb8, 128, 96, 2, 1)) << "a quad would lie in several blocks";
 }
 
 }  // namespace

@@ -70,13 +70,13 @@ TEST(CellGrid, TakesAMovedCellAtItsOwnCentroid) {
   std::vector<CellSum> sums(grid.size());
   sums[500] = {1, 1, 1};
   const Vec3d centroid = normalized(directions[500] + Vec3d{0.02, 0.01, 0});
-  const CellGrid::Moved moved{500, centroid};
+  const CellGrid::CentroidOverride moved{500, centroid};
   Projection p;
   grid.project(sums, std::span(&moved, 1), p);
   const auto truth = reference::harmonics({centroid.x, centroid.y, centroid.z}, 1);
   // The least-squares fit of a thousand cells is itself a percent from the plain sum for a single point.
   for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(p.c[i][0], truth[i], 0.01);
-  CellGrid::Moved none{500, directions[500]};
+  CellGrid::CentroidOverride none{500, directions[500]};
   Projection q;
   grid.project(sums, std::span(&none, 1), q);
   EXPECT_GT(std::abs(p.c[3][0] - q.c[3][0]) + std::abs(p.c[1][0] - q.c[1][0]), 0.003);

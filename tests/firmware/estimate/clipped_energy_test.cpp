@@ -42,7 +42,7 @@ TEST(ClippedEnergy, AReadingGivesBackWhatWasLost) {
       const auto lights = clipped(d, {7});
       Recovery r;
       ASSERT_EQ(recover(d, lights, {normal, reading(scene(), normal)}, r), RecoveryFault::none);
-      const Recovered applied = apply(r, lights, d);
+      const RecoveryResult applied = apply(r, lights, d);
       EXPECT_TRUE(applied.all);
       EXPECT_NEAR(d.lights[0].irradiance.r, 100, 0.1);
       EXPECT_NEAR(d.lights[0].irradiance.b, 80, 0.1);
@@ -97,10 +97,10 @@ TEST(ClippedEnergy, ReadingsThatTellNothingAreRefused) {
   const std::vector<ClippedLight> gone{{55, {1, 1, 1}}};
   EXPECT_EQ(recover(d, gone, {{0, 1, 0}, 100}, r), RecoveryFault::nothing_clipped);
   const double seen = reading(d, {0, 1, 0});
-  EXPECT_EQ(recover(d, lights, {{0, 1, 0}, 0.9 * seen}, r), RecoveryFault::less_than_seen);
+  EXPECT_EQ(recover(d, lights, {{0, 1, 0}, 0.9 * seen}, r), RecoveryFault::below_observed);
   EXPECT_EQ(r.count, 99U) << "a refusal changes nothing";
   for (const RecoveryFault f : {RecoveryFault::no_reading, RecoveryFault::nothing_clipped, RecoveryFault::faces_away,
-                                RecoveryFault::less_than_seen}) {
+                                RecoveryFault::below_observed}) {
     EXPECT_FALSE(status_of(f).ok());
     EXPECT_FALSE(status_of(f).message().empty());
   }

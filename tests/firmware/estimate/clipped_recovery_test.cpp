@@ -121,7 +121,7 @@ TEST_F(ClippedRecovery, WrongReadingsAreRefusedAndLeaveTheFlag) {
   const Descriptor d = see(scene);
   EXPECT_EQ(tell(d, scene, {0, -1, 0}), RecoveryFault::faces_away);
   EXPECT_EQ(tell(d, scene, {-0.9, -0.3, 0}), RecoveryFault::faces_away);
-  EXPECT_EQ(tell(d, scene, {0, 1, 0}, 1e-3), RecoveryFault::less_than_seen);
+  EXPECT_EQ(tell(d, scene, {0, 1, 0}, 1e-3), RecoveryFault::below_observed);
   EXPECT_EQ(tell(d, scene, {0, 1, 0}, 0), RecoveryFault::no_reading);
   const Descriptor after = see(scene);
   EXPECT_FALSE(after.flags.has(Flag::recovered));

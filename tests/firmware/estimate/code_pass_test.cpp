@@ -77,7 +77,7 @@ struct Passes {
     return out;
   }
   BlockSums by_codes(std::span<const Frame> bracket) {
-    EXPECT_TRUE(codes.takes(bracket));
+    EXPECT_TRUE(codes.supports(bracket));
     // What was there before must not matter.
     BlockSums out(layout);
     std::fill(out.sum.begin(), out.sum.end(), CellSum{1, 2, 3});
@@ -220,7 +220,7 @@ TEST_P(EveryFormat, ABracketGivesTheCoefficientsOfTheOracleToTheHousePrecision) 
     for (const int edge : {2, 16}) {
       SCOPED_TRACE(testing::Message() << "blocks of " << edge);
       Passes passes(c, edge);
-      EXPECT_FALSE(passes.codes.takes(shot.frames));
+      EXPECT_FALSE(passes.codes.supports(shot.frames));
       const BlockSums sums = passes.by_pixels(shot.frames);
       const Truth truth = c.truth(shot.frames, edge);
       const std::vector<reference::Rgb> coefficients = c.coefficients(truth, edge);
@@ -346,10 +346,10 @@ TEST_P(EveryCodeFormat, ARigIsReadPixelByPixelWhereThePassOfCodesDoesNotReach) {
   OracleCase wide("pair", 66, 64, GetParam(), curves_for(GetParam()).front());
   OracleCase narrow("pair", 62, 64, GetParam(), curves_for(GetParam()).front());
   const reference::RandomScene scene(1);
-  EXPECT_TRUE(Passes(wide, 8).codes.takes(wide.shoot(scene, one).frames));
-  EXPECT_FALSE(Passes(wide, 8).codes.takes(wide.shoot(scene, three).frames)) << "a bracket";
-  EXPECT_FALSE(Passes(wide, 1).codes.takes(wide.shoot(scene, one).frames)) << "blocks of one pixel";
-  EXPECT_FALSE(Passes(narrow, 8).codes.takes(narrow.shoot(scene, one).frames)) << "narrower than a vector";
+  EXPECT_TRUE(Passes(wide, 8).codes.supports(wide.shoot(scene, one).frames));
+  EXPECT_FALSE(Passes(wide, 8).codes.supports(wide.shoot(scene, three).frames)) << "a bracket";
+  EXPECT_FALSE(Passes(wide, 1).codes.supports(wide.shoot(scene, one).frames)) << "blocks of one pixel";
+  EXPECT_FALSE(Passes(narrow, 8).codes.supports(narrow.shoot(scene, one).frames)) << "narrower than a vector";
 }
 
 INSTANTIATE_TEST_SUITE_P(CodePass, EveryCodeFormat,

@@ -58,7 +58,7 @@ TEST(EnvironmentUpdates, SendsWhatDiffersByMoreThanAStep) {
   EXPECT_EQ(changes.key, key.key);
   EXPECT_EQ(changes.runs, (std::vector<std::uint32_t>{40, 2, 258, 1}));
   EnvironmentMap seen;
-  ASSERT_TRUE(changed_map(key, changes, seen));
+  ASSERT_TRUE(apply_changes(key, changes, seen));
   EXPECT_NEAR(texel_radiance(seen.texels[41], seen.exponent).r, 102, 0.2);
   // Changes are of the whole map, not of the changes before: undone, nothing is left.
   const EnvironmentMap undone = sender.send(flat(100));
@@ -147,7 +147,7 @@ struct Reader {
     if (map.whole()) {
       key = seen = map;
       shown = number;
-    } else if (changed_map(key, map, seen)) {
+    } else if (apply_changes(key, map, seen)) {
       shown = number;
     }
   }

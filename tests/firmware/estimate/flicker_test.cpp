@@ -78,8 +78,8 @@ TEST(Flicker, WhatStandsStillIsNotDenied) {
     EXPECT_EQ(watch(still(rate, {}), 60, steady).none, 0) << rate;
     EXPECT_EQ(watch(still(rate, {100, 0.3}), 60, fifty).last, shows100 ? Flicker::hz100 : Flicker::unknown) << rate;
     EXPECT_EQ(watch(still(rate, {120, 0.3}), 60, sixty).last, shows120 ? Flicker::hz120 : Flicker::unknown) << rate;
-    EXPECT_EQ(steady.evidence(Flicker::hz100).visible, shows100) << rate;
-    EXPECT_EQ(steady.evidence(Flicker::hz120).visible, shows120) << rate;
+    EXPECT_EQ(steady.evidence(Flicker::hz100).observable, shows100) << rate;
+    EXPECT_EQ(steady.evidence(Flicker::hz120).observable, shows120) << rate;
   }
 }
 

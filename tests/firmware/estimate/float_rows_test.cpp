@@ -15,7 +15,7 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr float kBrightest = 1e30F;
+constexpr float kMaxRadiance = 1e30F;
 
 /// Entries of all five columns, with guards.
 struct Columns {
@@ -49,7 +49,7 @@ class Row {
   }
   [[nodiscard]] float sr(std::size_t i) const { return solid_angle_[i]; }
   [[nodiscard]] bool add(float scale, float depth, Columns& to) const {
-    return add_float_row(reinterpret_cast<const std::byte*>(rgb_), solid_angle_, pixels_, scale, kBrightest, depth,
+    return add_float_row(reinterpret_cast<const std::byte*>(rgb_), solid_angle_, pixels_, scale, kMaxRadiance, depth,
                          to.out());
   }
 
@@ -100,7 +100,7 @@ TEST(FloatRows, AreAddedToTheColumnsAboveThem) {
 
 TEST(FloatRows, WithNonsenseAnywhereAreLeftAlone) {
   constexpr float kInfinite = std::numeric_limits<float>::infinity();
-  const float nonsense[] = {std::numeric_limits<float>::quiet_NaN(), -1e-20F, -kInfinite, kInfinite, 4.1F * kBrightest};
+  const float nonsense[] = {std::numeric_limits<float>::quiet_NaN(), -1e-20F, -kInfinite, kInfinite, 4.1F * kMaxRadiance};
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
     Random random(22);
@@ -116,7 +116,7 @@ TEST(FloatRows, WithNonsenseAnywhereAreLeftAlone) {
         for (std::size_t i = 0; i < pixels; ++i)
           for (const Guarded<float>* column : {&got.r, &got.g, &got.b, &got.low, &got.peak}) ASSERT_EQ((*column)[i], 7);
         // Zero of either sign is light, and so is the brightest.
-        row.set(at, at % 2 == 0 ? -0.0F : kBrightest);
+        row.set(at, at % 2 == 0 ? -0.0F : kMaxRadiance);
         ASSERT_TRUE(row.add(0.25F, 5, got));
         ASSERT_TRUE(got.guards_hold());
       }

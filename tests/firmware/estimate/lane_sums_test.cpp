@@ -66,7 +66,7 @@ template <class Check>
 void for_cases(std::size_t bytes_per_lane, std::initializer_list<unsigned> limits, Check&& check) {
   Random random(7);
   for (const std::size_t lanes : kLanes) {
-    for (int rows = 1; rows <= kMostRows; ++rows) {
+    for (int rows = 1; rows <= kMaxRows; ++rows) {
       for (const Weights weights : kWeights) {
         Case c{lanes, rows, 0, 0, weights, 0, random() % 4 != 0};
         const std::size_t padding[] = {0, 1, 37, 64, 700};
@@ -104,7 +104,7 @@ TEST(LaneSums, OfCodesAreTheSumsDownTheRows) {
   const std::array<CodeTable16, 3> tables = {rising_table(), any_table(), full_table()};
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
-    Fenced picture(kMostRows * 1100), weighing(kMostRows * 1100);
+    Fenced picture(kMaxRows * 1100), weighing(kMaxRows * 1100);
     for_cases(1, {1, 128, 250, 255, 256, 1000}, [&](const Case& c, Random& random) {
       const std::size_t bytes = static_cast<std::size_t>(c.rows - 1) * c.stride + c.lanes;
       std::uint8_t* at = picture.place(bytes, c.at_the_end);
@@ -141,7 +141,7 @@ TEST(LaneSums, OfCodesAreTheSumsDownTheRows) {
 TEST(LaneSums, OfWordsAreTheSumsDownTheRowsOfTheirLowBits) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
-    Fenced picture(kMostRows * 1400), weighing(kMostRows * 1100);
+    Fenced picture(kMaxRows * 1400), weighing(kMaxRows * 1100);
     for_cases(2, {1, 512, 1003, 1023, 4014, 4095, 4096, 65535, 65536, 100000}, [&](const Case& c, Random& random) {
       const std::size_t bytes = static_cast<std::size_t>(c.rows - 1) * c.stride + 2 * c.lanes;
       std::uint8_t* at = picture.place(bytes, c.at_the_end);
@@ -200,7 +200,7 @@ TEST(LaneSums, FirstMomentComesFromTheEarlySums) {
   // A single row that is lit, at each depth: rows * sum - early is its depth times its light.
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
-    for (int rows = 1; rows <= kMostRows; ++rows) {
+    for (int rows = 1; rows <= kMaxRows; ++rows) {
       for (int lit = 0; lit < rows; ++lit) {
         std::vector<std::uint8_t> picture(static_cast<std::size_t>(rows) * 64);
         std::fill_n(picture.begin() + lit * 64, 64, std::uint8_t{200});

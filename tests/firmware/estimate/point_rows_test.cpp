@@ -33,7 +33,7 @@ TEST(PointRows, AreTheOraclesHarmonicsAtEveryDirectionPolesIncluded) {
       float got[3][kRowCount];
       for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t i = 0; i < kRowCount; ++i) truth[c][i] = got[c][i] = static_cast<float>(normal(random));
-      for (std::size_t k = 0; k < LightPoints::kMost; ++k) {
+      for (std::size_t k = 0; k < LightPoints::kMaxPoints; ++k) {
         Vec3d d = normalized(Vec3d{normal(random), normal(random), normal(random)});
         if (k < 6)
           d = Vec3d{k / 2 == 0 ? 1.0 : 0, k / 2 == 1 ? 1.0 : 0, k / 2 == 2 ? 1.0 : 0} * (k % 2 == 0 ? 1.0 : -1.0);

@@ -37,7 +37,7 @@ TEST(Smoother, StillLightLosesItsNoiseAndKeepsItsMean) {
   // (1 - q) / (1 + q) with q = exp(-1/30 / 0.25) is 1/15.0; the gain opens a little now and then.
   EXPECT_GT(before / after, 14);
   EXPECT_LT(before / after, 15.5);
-  EXPECT_NEAR(smoother.noise_left(), std::sqrt(after), 0.1 * std::sqrt(after)) << "it knows what is left";
+  EXPECT_NEAR(smoother.residual_noise(), std::sqrt(after), 0.1 * std::sqrt(after)) << "it knows what is left";
   // A mean of 6000 frames: the same noise, less by the root of so many.
   EXPECT_LT(rms(less(sum, truth)).plain, 2 * kNoise / std::sqrt(kFrames));
   // Of frame less mean so far, the share 1 - a is left out, a = 1/8.
@@ -183,7 +183,7 @@ TEST(Smoother, SlowLightIsFollowedWithinAQuarterOfASecond) {
       lag = std::max(lag, rms(less(p, raw)).plain);
     }
     EXPECT_LT(lag, kSmoothingTime * speed * kNoise * 1.001) << speed;
-    EXPECT_LT(lag, 4 * std::sqrt(kNoise * kNoise + std::pow(smoother.noise_left(), 2))) << speed;
+    EXPECT_LT(lag, 4 * std::sqrt(kNoise * kNoise + std::pow(smoother.residual_noise(), 2))) << speed;
     EXPECT_GT(lag, 0);
   }
 }

@@ -59,7 +59,7 @@ TEST(YcbcrPlanes, AreReadFromTheirRowAlone) {
     SCOPED_TRACE(target);
     Random random(3);
     Fenced first(2048), second(2048), third(2048);
-    for (std::size_t pixels = kFewestLanes; pixels <= 400; pixels += 2) {
+    for (std::size_t pixels = kMinLanes; pixels <= 400; pixels += 2) {
       for (const bool at_the_end : {false, true}) {
         std::uint8_t* yuyv = first.place(2 * pixels, at_the_end);
         fill(yuyv, 2 * pixels, 2, random);

@@ -17,7 +17,7 @@
 #include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
 #include "support/temp_dir.hpp"
-#include "support/trap.hpp"
+#include "support/hostile_file.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -42,7 +42,7 @@ class ProbeKeysTest : public ::testing::Test {
     EXPECT_TRUE(keys.ok()) << keys.status().message();
     return keys.ok() ? *keys : ProbeKeys();
   }
-  std::string refusal() const {
+  std::string denial_reason() const {
     const Result<ProbeKeys> keys = load_probe_keys(config_, "attic", kNow);
     EXPECT_FALSE(keys.ok());
     return keys.status().message();
@@ -56,7 +56,7 @@ TEST_F(ProbeKeysTest, AreMadeOnceAndStay) {
   EXPECT_EQ(first.certificate, again.certificate);
   EXPECT_EQ(first.key, again.key);
   EXPECT_EQ(first.trust, again.trust);
-  EXPECT_TRUE(check_belongs(first.certificate, first.key).ok());
+  EXPECT_TRUE(check_key_matches_certificate(first.certificate, first.key).ok());
   EXPECT_EQ(read_certificate(first.certificate)->common_name, "attic");
 }
 
@@ -70,19 +70,19 @@ TEST_F(ProbeKeysTest, AreForTheirOwnerAlone) {
 TEST_F(ProbeKeysTest, AFolderInWhichOthersMayWriteIsRefused) {
   std::filesystem::create_directory(config_.keys);
   ASSERT_EQ(::chmod(config_.keys.c_str(), 0777), 0);
-  EXPECT_THAT(refusal(), AllOf(HasSubstr(config_.keys), HasSubstr("chmod 700")));
+  EXPECT_THAT(denial_reason(), AllOf(HasSubstr(config_.keys), HasSubstr("chmod 700")));
 }
 
 /// The daemon's user owns the folder, and root's `lightwelld --pair` looks into it.
 TEST_F(ProbeKeysTest, WhatStandsInPlaceOfAFileIsNamedAndLeftAlone) {
   (void)load();
-  const Trap trap;
+  const HostileFile trap;
   for (const char* name : {"lock", "ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
     const std::string path = config_.keys + "/" + name, aside = folder_.path("aside");
-    for (const TrapKind kind : kTrapKinds) {
+    for (const HostileFileKind kind : kHostileFileKinds) {
       std::filesystem::rename(path, aside);
       trap.set(kind, path);
-      EXPECT_THAT(refusal(), HasSubstr(path)) << to_string(kind);
+      EXPECT_THAT(denial_reason(), HasSubstr(path)) << to_string(kind);
       trap.expect_untouched(path, to_string(kind));
       std::filesystem::remove(path);
       std::filesystem::rename(aside, path);
@@ -95,7 +95,7 @@ TEST_F(ProbeKeysTest, AFolderThatIsASymbolicLinkIsRefused) {
   (void)load();
   std::filesystem::create_directory_symlink(config_.keys, folder_.path("link"));
   config_.keys = folder_.path("link");
-  EXPECT_THAT(refusal(), AllOf(HasSubstr(config_.keys), HasSubstr("symbolic link")));
+  EXPECT_THAT(denial_reason(), AllOf(HasSubstr(config_.keys), HasSubstr("symbolic link")));
 }
 
 TEST_F(ProbeKeysTest, TwoThatBeginAtOnceAgree) {
@@ -118,7 +118,7 @@ TEST_F(ProbeKeysTest, TheCertificateIsRenewedInTimeAndWhatClientsPinIsNot) {
 }
 
 TEST_F(ProbeKeysTest, ABoardThatWokeIn1970MakesKeysThatLastAllTheSame) {
-  EXPECT_GE(read_certificate(load(100).certificate)->not_after_s, kLongAgo_s + kYear);
+  EXPECT_GE(read_certificate(load(100).certificate)->not_after_s, kDefaultNotBefore_s + kYear);
 }
 
 TEST_F(ProbeKeysTest, BrokenFilesAreNamed) {
@@ -126,14 +126,14 @@ TEST_F(ProbeKeysTest, BrokenFilesAreNamed) {
   for (const char* file : {"ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
     const std::string path = config_.keys + "/" + file, good = *read_private_file(path).value();
     for (const std::string& bad : {std::string(), std::string("garbage"), good.substr(0, good.size() / 2)}) {
-      ASSERT_TRUE(write_atomically(path, bad, Readers::owner).ok());
-      EXPECT_THAT(refusal(), HasSubstr(file));
+      ASSERT_TRUE(write_atomically(path, bad, FileMode::owner).ok());
+      EXPECT_THAT(denial_reason(), HasSubstr(file));
     }
-    ASSERT_TRUE(write_atomically(path, good, Readers::owner).ok());
+    ASSERT_TRUE(write_atomically(path, good, FileMode::owner).ok());
   }
   const std::string other = KeyPair::make()->private_pem;
-  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", other, Readers::owner).ok());
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("probe.pem"), HasSubstr("not the certificate's")));
+  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", other, FileMode::owner).ok());
+  EXPECT_THAT(denial_reason(), AllOf(HasSubstr("probe.pem"), HasSubstr("not the certificate's")));
 }
 
 TEST_F(ProbeKeysTest, TheOwnersFilesTakeThePlaceAndMustFit) {
@@ -148,31 +148,31 @@ TEST_F(ProbeKeysTest, TheOwnersFilesTakeThePlaceAndMustFit) {
   EXPECT_EQ(load().certificate, owners.certificate + owners.trust);
   EXPECT_EQ(load().trust, owners.certificate) << "what else is in the file vouches for others, too";
   config_.client_ca = folder_.write("clients.pem", owners.trust);
-  EXPECT_FALSE(load().own_clients()) << "the owner's authority knows its clients";
+  EXPECT_FALSE(load().issues_client_certificates()) << "the owner's authority knows its clients";
   config_.key = folder_.write("own_key.pem", KeyPair::make()->private_pem);
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("own.pem"), HasSubstr("own_key.pem"), HasSubstr("not the certificate's")));
+  EXPECT_THAT(denial_reason(), AllOf(HasSubstr("own.pem"), HasSubstr("own_key.pem"), HasSubstr("not the certificate's")));
   config_.key = folder_.path("nowhere.pem");
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("nowhere.pem"), HasSubstr("grpc.key")));
+  EXPECT_THAT(denial_reason(), AllOf(HasSubstr("nowhere.pem"), HasSubstr("grpc.key")));
 }
 
 TEST_F(ProbeKeysTest, AClientIsNotWrittenThroughWhatStandsInPlaceOfTheList) {
   const ProbeKeys keys = load();
   const std::string public_key = public_key_of(keys.key).value();
-  const Trap trap;
-  for (const TrapKind kind : kTrapKinds) {
+  const HostileFile trap;
+  for (const HostileFileKind kind : kHostileFileKinds) {
     trap.set(kind, keys.client_list);
-    const Result<NewClient> client = admit_client(keys, "ann", public_key, 1, kNow);
+    const Result<ClientCredentials> client = register_client(keys, "ann", public_key, 1, kNow);
     EXPECT_THAT(client.status().message(), HasSubstr(keys.client_list)) << to_string(kind);
     trap.expect_untouched(keys.client_list, to_string(kind));
     std::filesystem::remove(keys.client_list);
   }
-  EXPECT_TRUE(admit_client(keys, "ann", public_key, 1, kNow).ok());
+  EXPECT_TRUE(register_client(keys, "ann", public_key, 1, kNow).ok());
 }
 
 class ServedKeysTest : public ProbeKeysTest {
  protected:
   std::int64_t now_s_ = kNow;
-  ServedKeys served_{config_, "attic", [this] { return now_s_; }};
+  ReloadingKeys served_{config_, "attic", [this] { return now_s_; }};
 };
 
 TEST_F(ServedKeysTest, AreThoseOfTheStartUntilTheyAreRenewed) {
@@ -189,22 +189,22 @@ TEST_F(ServedKeysTest, AreThoseOfTheStartUntilTheyAreRenewed) {
   EXPECT_EQ(renewed->trust, first->trust);
   EXPECT_EQ(**read_private_file(config_.keys + "/probe.pem"), renewed->certificate);
   EXPECT_FALSE(served_.take_changed());
-  EXPECT_EQ(served_.trouble(), "");
+  EXPECT_EQ(served_.error_message(), "");
 }
 
 TEST_F(ServedKeysTest, WhatCannotBeRenewedIsSaidAndTheKeysFromBeforeStay) {
   ASSERT_TRUE(served_.load().ok());
   (void)served_.take_changed();
   const std::string good = **read_private_file(config_.keys + "/probe_key.pem");
-  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", "garbage", Readers::owner).ok());
-  EXPECT_EQ(served_.trouble(), "") << "it looks once a minute";
+  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", "garbage", FileMode::owner).ok());
+  EXPECT_EQ(served_.error_message(), "") << "it looks once a minute";
   now_s_ += 3 * kYear / 2;
-  EXPECT_THAT(served_.trouble(), AllOf(HasSubstr("probe_key.pem"), HasSubstr("the keys from before are used")));
+  EXPECT_THAT(served_.error_message(), AllOf(HasSubstr("probe_key.pem"), HasSubstr("the keys from before are used")));
   EXPECT_FALSE(served_.take_changed());
-  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", good, Readers::owner).ok());
+  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", good, FileMode::owner).ok());
   now_s_ += 60;
   EXPECT_TRUE(served_.take_changed()) << "mended, it is renewed";
-  EXPECT_EQ(served_.trouble(), "");
+  EXPECT_EQ(served_.error_message(), "");
 }
 
 TEST_F(ServedKeysTest, AKeyThatIsGoneIsNotReplacedByOneThatNoClientKnows) {
@@ -212,7 +212,7 @@ TEST_F(ServedKeysTest, AKeyThatIsGoneIsNotReplacedByOneThatNoClientKnows) {
   (void)served_.take_changed();
   std::filesystem::remove_all(config_.keys);
   now_s_ += 2 * kYear;
-  EXPECT_THAT(served_.trouble(), AllOf(HasSubstr(config_.keys + "/ca_key.pem"), HasSubstr("pair its clients again")));
+  EXPECT_THAT(served_.error_message(), AllOf(HasSubstr(config_.keys + "/ca_key.pem"), HasSubstr("pair its clients again")));
   EXPECT_FALSE(served_.take_changed());
   EXPECT_FALSE(std::filesystem::exists(config_.keys));
 }
@@ -226,20 +226,20 @@ TEST_F(ServedKeysTest, TheOwnersFilesAreReadAgainWhereTheyChangeAndFit) {
   const ProbeKeys one = owners("one"), other = owners("other");
   config_.certificate = folder_.write("own.pem", one.certificate);
   config_.key = folder_.write("own_key.pem", one.key);
-  ServedKeys served(config_, "attic", [this] { return now_s_; });
+  ReloadingKeys served(config_, "attic", [this] { return now_s_; });
   ASSERT_TRUE(served.load().ok());
   EXPECT_EQ(served.take_changed()->certificate, one.certificate);
   folder_.write("own.pem", other.certificate);
   now_s_ += 60;
   EXPECT_FALSE(served.take_changed()) << "half of the change is none";
-  EXPECT_THAT(served.trouble(), HasSubstr("own.pem"));
+  EXPECT_THAT(served.error_message(), HasSubstr("own.pem"));
   folder_.write("own_key.pem", other.key);
   now_s_ += 60;
   const std::optional<ProbeKeys> changed = served.take_changed();
   ASSERT_TRUE(changed);
   EXPECT_EQ(changed->certificate, other.certificate);
   EXPECT_EQ(changed->key, other.key);
-  EXPECT_EQ(served.trouble(), "");
+  EXPECT_EQ(served.error_message(), "");
 }
 
 class ClientListTest : public ::testing::Test {
@@ -254,15 +254,15 @@ class ClientListTest : public ::testing::Test {
 };
 
 TEST_F(ClientListTest, LetsInWhoIsOnItUntilItsTimeIsOver) {
-  EXPECT_FALSE(list_.admits_token(kToken, kNow)) << "no file is no clients";
+  EXPECT_FALSE(list_.accepts_token(kToken, kNow)) << "no file is no clients";
   add(kToken, kNow + 10, std::string(64, 'c'));
-  EXPECT_TRUE(list_.admits_token(kToken, kNow));
-  EXPECT_TRUE(list_.admits_token(kToken, kNow + 9));
-  EXPECT_FALSE(list_.admits_token(kToken, kNow + 10));
-  EXPECT_TRUE(list_.admits_certificate(std::string(64, 'c'), kNow));
-  EXPECT_FALSE(list_.admits_certificate(std::string(64, 'c'), kNow + 10));
-  EXPECT_FALSE(list_.admits_certificate("", kNow)) << "a client without a certificate is not one with an empty one";
-  EXPECT_FALSE(list_.admits_certificate(std::string(64, 'd'), kNow));
+  EXPECT_TRUE(list_.accepts_token(kToken, kNow));
+  EXPECT_TRUE(list_.accepts_token(kToken, kNow + 9));
+  EXPECT_FALSE(list_.accepts_token(kToken, kNow + 10));
+  EXPECT_TRUE(list_.accepts_certificate(std::string(64, 'c'), kNow));
+  EXPECT_FALSE(list_.accepts_certificate(std::string(64, 'c'), kNow + 10));
+  EXPECT_FALSE(list_.accepts_certificate("", kNow)) << "a client without a certificate is not one with an empty one";
+  EXPECT_FALSE(list_.accepts_certificate(std::string(64, 'd'), kNow));
 }
 
 TEST_F(ClientListTest, HoldsNoToken) {
@@ -277,38 +277,38 @@ TEST_F(ClientListTest, NothingThatIsNoTokenIsTakenForOne) {
   for (const std::string& bad :
        {std::string(), std::string(kToken).substr(1), std::string(kToken) + "x", std::string(kTokenLength, '.'),
         std::string(kTokenLength, '\0'), std::string(100'000, 'x')})
-    EXPECT_FALSE(list_.admits_token(bad, kNow)) << bad.size();
+    EXPECT_FALSE(list_.accepts_token(bad, kNow)) << bad.size();
 }
 
 TEST_F(ClientListTest, AWrongLineIsNamedAndCountedAndTheListBeforeItStaysInForce) {
   add(kToken, kNow + 10);
-  ASSERT_TRUE(list_.admits_token(kToken, kNow));
-  EXPECT_EQ(list_.trouble(), "");
+  ASSERT_TRUE(list_.accepts_token(kToken, kNow));
+  EXPECT_EQ(list_.error_message(), "");
   const std::string newcomer(kTokenLength, 'n');
   std::uint64_t faults = 0;
   const std::string good = **read_private_file(path_), digest(64, 'a');
   for (const std::string& bad : {std::string("x"), digest, digest + " x 5", digest + " - tomorrow", digest + " - 5x",
                                  std::string(64, 'G') + " - 5", digest + " - 99999999999999999999"}) {
     ASSERT_TRUE(
-        write_atomically(path_, good + bad + "\n" + to_hex(sha256(newcomer)) + " - 9999999999 new\n", Readers::owner)
+        write_atomically(path_, good + bad + "\n" + to_hex(sha256(newcomer)) + " - 9999999999 new\n", FileMode::owner)
             .ok());
-    EXPECT_TRUE(list_.admits_token(kToken, kNow)) << bad;
-    EXPECT_FALSE(list_.admits_token(newcomer, kNow)) << "nothing of a file with a mistake counts";
-    EXPECT_THAT(list_.trouble(), AllOf(HasSubstr(path_ + ":4: "), HasSubstr("correct or delete the line")));
+    EXPECT_TRUE(list_.accepts_token(kToken, kNow)) << bad;
+    EXPECT_FALSE(list_.accepts_token(newcomer, kNow)) << "nothing of a file with a mistake counts";
+    EXPECT_THAT(list_.error_message(), AllOf(HasSubstr(path_ + ":4: "), HasSubstr("correct or delete the line")));
     EXPECT_EQ(list_.faults(), ++faults);
     const Status s = ClientList(path_).load();
     EXPECT_EQ(s.code(), StatusCode::data_loss);
     EXPECT_THAT(s.message(), HasSubstr(path_ + ":4: "));
   }
-  ASSERT_TRUE(write_atomically(path_, good, Readers::owner).ok());
-  EXPECT_TRUE(list_.admits_token(kToken, kNow)) << "mended, it counts again";
-  EXPECT_EQ(list_.trouble(), "");
+  ASSERT_TRUE(write_atomically(path_, good, FileMode::owner).ok());
+  EXPECT_TRUE(list_.accepts_token(kToken, kNow)) << "mended, it counts again";
+  EXPECT_EQ(list_.error_message(), "");
   EXPECT_EQ(list_.faults(), faults);
 }
 
 TEST_F(ClientListTest, WithoutAListThatWasEverGoodNobodyIsLetIn) {
-  ASSERT_TRUE(write_atomically(path_, to_hex(sha256(kToken)) + " - 9999999999 x\nx\n", Readers::owner).ok());
-  EXPECT_FALSE(list_.admits_token(kToken, kNow));
+  ASSERT_TRUE(write_atomically(path_, to_hex(sha256(kToken)) + " - 9999999999 x\nx\n", FileMode::owner).ok());
+  EXPECT_FALSE(list_.accepts_token(kToken, kNow));
   EXPECT_EQ(list_.faults(), 1U);
 }
 
@@ -318,7 +318,7 @@ TEST_F(ClientListTest, ThoseThatExpiredMakeRoomAndThereIsAnEndToIt) {
   const Status s = ClientList::add(path_, {std::string(64, 'a'), "", kNow + 10, "x"}, kNow);
   EXPECT_EQ(s.code(), StatusCode::resource_exhausted);
   EXPECT_THAT(s.message(), HasSubstr("256"));
-  EXPECT_TRUE(list_.admits_token(kToken, kNow));
+  EXPECT_TRUE(list_.accepts_token(kToken, kNow));
 }
 
 }  // namespace

@@ -23,8 +23,8 @@ std::string text_of_buffer(const grpc::ByteBuffer& buffer) {
   return out;
 }
 
-std::chrono::system_clock::time_point after(std::chrono::milliseconds patience) {
-  return std::chrono::system_clock::now() + patience;
+std::chrono::system_clock::time_point after(std::chrono::milliseconds timeout) {
+  return std::chrono::system_clock::now() + timeout;
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& met
   grpc::GenericStub stub(channel);
   grpc::CompletionQueue queue;
   grpc::ClientContext context;
-  context.set_deadline(after(kPatience));
+  context.set_deadline(after(kTestTimeout));
   if (!authorization.empty()) context.AddMetadata("authorization", authorization);
   const grpc::ByteBuffer sent = buffer_of(request);
   grpc::ByteBuffer came;
@@ -71,9 +71,9 @@ RawStream::RawStream(std::shared_ptr<grpc::Channel> channel, const std::string& 
   bool ok = false;
   call_ = stub_.PrepareCall(&context_, method, &queue_);
   call_->StartCall(kTag);
-  EXPECT_TRUE(await(kPatience, ok)) << "waited for the call to start";
+  EXPECT_TRUE(await(kTestTimeout, ok)) << "waited for the call to start";
   call_->WriteLast(buffer_of(request), grpc::WriteOptions(), kTag);
-  EXPECT_TRUE(await(kPatience, ok)) << "waited for the request to be sent";
+  EXPECT_TRUE(await(kTestTimeout, ok)) << "waited for the request to be sent";
 }
 
 RawStream::~RawStream() {
@@ -85,16 +85,16 @@ RawStream::~RawStream() {
   }
 }
 
-bool RawStream::await(std::chrono::milliseconds patience, bool& ok) {
+bool RawStream::await(std::chrono::milliseconds timeout, bool& ok) {
   void* tag = nullptr;
-  return queue_.AsyncNext(&tag, &ok, after(patience)) == grpc::CompletionQueue::GOT_EVENT;
+  return queue_.AsyncNext(&tag, &ok, after(timeout)) == grpc::CompletionQueue::GOT_EVENT;
 }
 
-std::optional<std::string> RawStream::next(std::chrono::milliseconds patience) {
+std::optional<std::string> RawStream::next(std::chrono::milliseconds timeout) {
   if (ended_) return std::nullopt;
   if (!reading_) call_->Read(&buffer_, kTag);
   bool ok = false;
-  reading_ = !await(patience, ok);
+  reading_ = !await(timeout, ok);
   if (reading_) return std::nullopt;
   ended_ = !ok;
   if (ended_) return std::nullopt;
@@ -102,13 +102,13 @@ std::optional<std::string> RawStream::next(std::chrono::milliseconds patience) {
 }
 
 grpc::Status RawStream::end() {
-  const auto last = after(kPatience);
+  const auto last = after(kTestTimeout);
   while (!ended_ && std::chrono::system_clock::now() < last) (void)next();
   if (!ended_) return {grpc::StatusCode::DEADLINE_EXCEEDED, "the stream did not end"};
   grpc::Status status;
   bool ok = false;
   call_->Finish(&status, kTag);
-  if (!await(kPatience, ok)) return {grpc::StatusCode::DEADLINE_EXCEEDED, "no status came"};
+  if (!await(kTestTimeout, ok)) return {grpc::StatusCode::DEADLINE_EXCEEDED, "no status came"};
   return status;
 }
 

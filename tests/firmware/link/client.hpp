@@ -30,7 +30,7 @@ struct Reply {
   std::string certificate;  ///< PEM, as the server showed it; empty: plain text, or no handshake.
 };
 
-/// A unary call, "/lightwell.v1.ProbeService/Info". Waits at most kPatience.
+/// A unary call, "/lightwell.v1.ProbeService/Info". Waits at most kTestTimeout.
 [[nodiscard]] Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
                          const std::string& request, const std::string& authorization = {});
 
@@ -47,15 +47,15 @@ class RawStream {
   ~RawStream();
 
   /// The next message; nothing where the stream ended or none came in time.
-  [[nodiscard]] std::optional<std::string> next(std::chrono::milliseconds patience = kPatience);
-  /// How the server ended it. Waits at most kPatience, reading on; DEADLINE_EXCEEDED after that.
+  [[nodiscard]] std::optional<std::string> next(std::chrono::milliseconds timeout = kTestTimeout);
+  /// How the server ended it. Waits at most kTestTimeout, reading on; DEADLINE_EXCEEDED after that.
   [[nodiscard]] grpc::Status end();
 
   /// Goes without a word to the server's application.
   void cancel() { context_.TryCancel(); }
 
  private:
-  [[nodiscard]] bool await(std::chrono::milliseconds patience, bool& ok);
+  [[nodiscard]] bool await(std::chrono::milliseconds timeout, bool& ok);
 
   grpc::CompletionQueue queue_;
   grpc::ClientContext context_;

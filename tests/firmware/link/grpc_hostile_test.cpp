@@ -135,7 +135,7 @@ TEST_F(GrpcHostileTest, AMessageOfMegabytesIsRefusedUnreadAndCounted) {
               grpc::StatusCode::RESOURCE_EXHAUSTED)
         << bytes;
     ++sent;
-    EXPECT_TRUE(comes_true("it is counted", [&] { return refused() == sent; })) << refused();
+    EXPECT_TRUE(becomes_true("it is counted", [&] { return refused() == sent; })) << refused();
   }
   EXPECT_TRUE(serves());
 }

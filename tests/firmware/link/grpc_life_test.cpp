@@ -18,7 +18,7 @@ class GrpcLifeTest : public GrpcLinkTest {
   /// A stop() that hangs is a failure, not a hung test.
   void stops() {
     std::future<void> stopped = std::async(std::launch::async, [this] { link_->stop(); });
-    ASSERT_EQ(stopped.wait_for(kPatience), std::future_status::ready) << "waited for stop()";
+    ASSERT_EQ(stopped.wait_for(kTestTimeout), std::future_status::ready) << "waited for stop()";
   }
 };
 
@@ -82,7 +82,7 @@ TEST_F(GrpcLifeTest, AfterStopThePortIsFree) {
   const std::string port = host_port(*link_);
   stops();
   const std::unique_ptr<Link> next = make_grpc_link({.listen = port}, "attic", commands_);
-  EXPECT_TRUE(comes_true("the port can be had again", [&] { return next->start().ok(); }));
+  EXPECT_TRUE(becomes_true("the port can be had again", [&] { return next->start().ok(); }));
   EXPECT_EQ(host_port(*next), port);
 }
 

@@ -41,7 +41,7 @@ TEST_F(GrpcSecurityTest, ATokenOpensTheDoor) {
   RawStream stream(
       connect(*link_, grpc::CompositeChannelCredentials(grpc::SslCredentials({keys().trust, "", ""}),
                                                         grpc::AccessTokenCredentials(client.given.token))));
-  ASSERT_TRUE(comes_true("the stream is there", [&] { return link_->counters().clients == 1; }));
+  ASSERT_TRUE(becomes_true("the stream is there", [&] { return link_->counters().clients == 1; }));
   link_->publish(message(7));
   EXPECT_EQ(stream.next(), text_of(message(7)));
   EXPECT_EQ(link_->counters().authentication_failures, 0U);
@@ -149,11 +149,11 @@ TEST_F(GrpcSecurityTest, ACertificateThatIsNotGoodEndsInTheHandshake) {
   const KnownClient good = known_client();
   const Issuer issuer{own.issuer_certificate, own.issuer_key};
   const auto expired =
-      issue_certificate({CertificateUse::client, "x", good.key.public_pem, kLongAgo_s, now() - 60}, issuer);
+      issue_certificate({CertificateUse::client, "x", good.key.public_pem, kDefaultNotBefore_s, now() - 60}, issuer);
   const auto not_yet =
       issue_certificate({CertificateUse::client, "x", good.key.public_pem, now() + 3600, now() + 7200}, issuer);
   // Signed by itself: the very thing that anyone can make.
-  const auto stranger = issue_certificate({CertificateUse::client, "x", good.key.public_pem, kLongAgo_s, now() + 3600},
+  const auto stranger = issue_certificate({CertificateUse::client, "x", good.key.public_pem, kDefaultNotBefore_s, now() + 3600},
                                           {{}, good.key.private_pem});
   ASSERT_TRUE(expired.ok() && not_yet.ok() && stranger.ok());
   for (const std::string& certificate : {*expired, *not_yet, *stranger})
@@ -170,9 +170,9 @@ TEST_F(GrpcSecurityTest, TheCertificateIsRenewedWhileAStreamRuns) {
   RawStream stream(
       connect(*link_, grpc::CompositeChannelCredentials(grpc::SslCredentials({keys().trust, "", ""}),
                                                         grpc::AccessTokenCredentials(client.given.token))));
-  ASSERT_TRUE(comes_true("the stream is there", [&] { return link_->counters().clients == 1; }));
+  ASSERT_TRUE(becomes_true("the stream is there", [&] { return link_->counters().clients == 1; }));
   const auto shown_until = [&] {
-    const Result<CertificateFacts> facts = read_certificate(call(channel_of(client), kInfo, "").certificate);
+    const Result<CertificateInfo> facts = read_certificate(call(channel_of(client), kInfo, "").certificate);
     EXPECT_TRUE(facts.ok());
     return facts ? facts->not_after_s : 0;
   };
@@ -182,7 +182,7 @@ TEST_F(GrpcSecurityTest, TheCertificateIsRenewedWhileAStreamRuns) {
   link_->publish(message(7));
   EXPECT_EQ(stream.next(), text_of(message(7))) << "the stream from before goes on";
   EXPECT_EQ(link_->counters().clients, 1U);
-  EXPECT_EQ(link_->trouble(), "");
+  EXPECT_EQ(link_->error_message(), "");
 }
 
 TEST_F(GrpcSecurityTest, ABoardWhoseClockWasYearsBehindIsReachedAsSoonAsItIsSet) {
@@ -202,7 +202,7 @@ TEST_F(GrpcSecurityTest, AMistakeInTheListOfClientsShutsNobodyOutAndIsSaidAndCou
   EXPECT_TRUE(ask(channel(), "Bearer " + client.given.token).ok());
   EXPECT_TRUE(ask(channel_of(client)).ok());
   EXPECT_EQ(link_->counters().client_list_faults, 1U);
-  EXPECT_THAT(link_->trouble(), AllOf(HasSubstr("clients:4: "), HasSubstr("correct or delete the line")));
+  EXPECT_THAT(link_->error_message(), AllOf(HasSubstr("clients:4: "), HasSubstr("correct or delete the line")));
 }
 
 TEST_F(GrpcSecurityTest, MutualTlsWantsACertificateAndATokenDoesNotHelp) {

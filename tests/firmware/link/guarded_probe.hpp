@@ -22,7 +22,7 @@ inline constexpr const char* kInfo = "/lightwell.v1.ProbeService/Info";
 /// A client's key and what the probe gave it.
 struct KnownClient {
   KeyPair key;
-  NewClient given;
+  ClientCredentials given;
 };
 
 class GuardedProbeTest : public ::testing::Test {
@@ -45,7 +45,7 @@ class GuardedProbeTest : public ::testing::Test {
   [[nodiscard]] KnownClient known_client(int days = 1) const {
     const Result<KeyPair> key = KeyPair::make();
     EXPECT_TRUE(key.ok());
-    const Result<NewClient> given = admit_client(keys(), "a client", key->public_pem, days < 0 ? 1 : days,
+    const Result<ClientCredentials> given = register_client(keys(), "a client", key->public_pem, days < 0 ? 1 : days,
                                                  days < 0 ? now() + (days - 1) * 86'400 : now());
     EXPECT_TRUE(given.ok()) << given.status().message();
     return {*key, *given};

@@ -40,7 +40,7 @@ class MqttLinkTest : public ::testing::Test {
     return link;
   }
   static ::testing::AssertionResult connects(const Link& link) {
-    return comes_true("the link is connected: " + link.trouble(), [&] { return link.counters().clients == 1; });
+    return becomes_true("the link is connected: " + link.error_message(), [&] { return link.counters().clients == 1; });
   }
 
   FakeCommands commands_;
@@ -51,7 +51,7 @@ TEST_F(MqttLinkTest, RetainsTheVeryBytesAndTheStatus) {
   const auto link = started({.uri = broker.uri("venue/attic")});
   EXPECT_EQ(link->address(), broker.uri("venue/attic"));
   ASSERT_TRUE(connects(*link));
-  EXPECT_EQ(link->trouble(), "");
+  EXPECT_EQ(link->error_message(), "");
   const std::string anything("\0\x01\xff bytes", 9);
   link->publish(bytes_of(anything));
   MqttClient early(broker.port(), {kTopics.descriptor});
@@ -70,9 +70,9 @@ TEST_F(MqttLinkTest, StoppedSaysThatItIsGone) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   MqttClient client(broker.port(), {kTopics.status});
-  ASSERT_TRUE(comes_true("the status is there", [&] { return client.count(kTopics.status) > 0; }));
+  ASSERT_TRUE(becomes_true("the status is there", [&] { return client.count(kTopics.status) > 0; }));
   link->stop();
-  EXPECT_TRUE(comes_true("it is gone", [&] { return client.newest(kTopics.status)->payload == kMqttGone; }));
+  EXPECT_TRUE(becomes_true("it is gone", [&] { return client.newest(kTopics.status)->payload == kMqttGone; }));
   MqttClient late(broker.port(), {kTopics.status});
   EXPECT_EQ(late.newest(kTopics.status)->payload, kMqttGone);
 }
@@ -108,14 +108,14 @@ TEST_F(MqttLinkTest, ARequestThatWouldMakeItWriteElsewhereIsRefusedAndCounted) {
   client.publish({kTopics.clock, "", false, reply, std::string(65, 'x')});   // too much of it
   client.publish({kTopics.clock, std::string(65, 'x'), false, reply, "x"});  // a payload that is no question
   client.publish({kTopics.clock, "", false, "", "x"});                       // nowhere to answer
-  EXPECT_TRUE(comes_true("all are counted", [&] { return link->counters().messages_refused == 7; }))
+  EXPECT_TRUE(becomes_true("all are counted", [&] { return link->counters().messages_refused == 7; }))
       << link->counters().messages_refused;
   client.publish({kTopics.clock, "", false, reply, "x"});
   EXPECT_TRUE(client.newest(reply)) << "it goes on answering who asks well";
   EXPECT_EQ(client.count("other/topic"), 0U);
   EXPECT_EQ(client.count(reply + "/deeper"), 0U);
   EXPECT_EQ(client.count(reply), 1U);
-  for (const MqttNote& note : client.notes()) {
+  for (const BrokerMessage& note : client.notes()) {
     if (note.topic != kTopics.status) continue;
     EXPECT_TRUE(decode_status(bytes(note.payload)).ok()) << "nobody else wrote it";
   }
@@ -130,7 +130,7 @@ TEST_F(MqttLinkTest, AFloodOfRequestsIsAnsweredWithinBounds) {
   const std::int64_t begin = monotonic_now_ns();
   constexpr std::size_t kFlood = 5000;
   client.flood({kTopics.clock, "", false, reply, "x"}, kFlood);
-  EXPECT_TRUE(comes_true("every request is answered or counted",
+  EXPECT_TRUE(becomes_true("every request is answered or counted",
                          [&] { return client.count(reply) + link->counters().messages_refused == kFlood; }))
       << client.count(reply) << " answered, " << link->counters().messages_refused << " refused";
   const double seconds = static_cast<double>(monotonic_now_ns() - begin) * 1e-9;
@@ -143,9 +143,9 @@ TEST_F(MqttLinkTest, StartsWithoutABrokerAndFindsItWhenItComes) {
   Broker broker;
   broker.stop();
   const auto link = started({.uri = broker.uri("venue/attic")});
-  EXPECT_TRUE(comes_true("it says why nobody hears it", [&] {
-    return link->trouble().find("refused") != std::string::npos;
-  })) << link->trouble();
+  EXPECT_TRUE(becomes_true("it says why nobody hears it", [&] {
+    return link->error_message().find("refused") != std::string::npos;
+  })) << link->error_message();
   EXPECT_EQ(link->counters().clients, 0U);
   for (int i = 0; i < 5; ++i) link->publish(bytes_of(std::to_string(i)));
   EXPECT_EQ(link->counters().coalesced, 4U) << "one place, the newest wins";
@@ -154,7 +154,7 @@ TEST_F(MqttLinkTest, StartsWithoutABrokerAndFindsItWhenItComes) {
   EXPECT_EQ(client.newest(kTopics.descriptor)->payload, "4");
   EXPECT_TRUE(connects(*link));
   broker.stop();
-  EXPECT_TRUE(comes_true("it notices", [&] { return link->counters().clients == 0; }));
+  EXPECT_TRUE(becomes_true("it notices", [&] { return link->counters().clients == 0; }));
   broker.start();
   EXPECT_TRUE(connects(*link));
 }
@@ -169,7 +169,7 @@ TEST_F(MqttLinkTest, ABrokerThatStallsDoesNotHoldThePublisherUp) {
   const std::string large(60'000, 'x');
   std::int64_t longest_ns = 0;
   std::size_t published = 0;
-  ASSERT_TRUE(comes_true("descriptors are coalesced", [&] {
+  ASSERT_TRUE(becomes_true("descriptors are coalesced", [&] {
     const std::int64_t begin = monotonic_now_ns();
     link->publish(bytes_of(std::to_string(++published) + large));
     longest_ns = std::max(longest_ns, monotonic_now_ns() - begin);
@@ -181,7 +181,7 @@ TEST_F(MqttLinkTest, ABrokerThatStallsDoesNotHoldThePublisherUp) {
   const std::string last = "the last";
   link->publish(bytes_of(last));
   broker.process().signal(SIGCONT);
-  EXPECT_TRUE(comes_true("the newest comes, without all that was between", [&] {
+  EXPECT_TRUE(becomes_true("the newest comes, without all that was between", [&] {
     return client.count(kTopics.descriptor) > 0 && client.newest(kTopics.descriptor)->payload == last;
   }));
 }
@@ -213,23 +213,23 @@ TEST_F(MqttLinkTest, ComesInWithTlsAndAPassword) {
                     .client_id = {}};
   EXPECT_TRUE(connects(*started(config)));
 
-  const auto refusal = [&](const MqttConfig& wrong, const std::string& said) {
+  const auto denial_reason = [&](const MqttConfig& wrong, const std::string& said) {
     const auto link = started(wrong);
-    EXPECT_TRUE(comes_true("the refusal is told: " + said, [&] {
-      return link->trouble().find(said) != std::string::npos;
-    })) << link->trouble();
+    EXPECT_TRUE(becomes_true("the refusal is told: " + said, [&] {
+      return link->error_message().find(said) != std::string::npos;
+    })) << link->error_message();
     EXPECT_EQ(link->counters().clients, 0U);
   };
   MqttConfig wrong = config;
   wrong.login_file = folder.write("wrong", "attic\nguess\n");
-  refusal(wrong, "authori");
+  denial_reason(wrong, "authori");
   wrong = config;
   const Authority other("elsewhere");
   wrong.ca_file = other.certificate();
-  refusal(wrong, "certificate verify failed");
+  denial_reason(wrong, "certificate verify failed");
   wrong = config;
   wrong.certificate_file = wrong.key_file = {};
-  refusal(wrong, "a certificate of ours");
+  denial_reason(wrong, "a certificate of ours");
 }
 
 TEST_F(MqttLinkTest, DoesNotTrustABrokerWhoseCertificateExpiredOrNamesAnother) {
@@ -238,24 +238,24 @@ TEST_F(MqttLinkTest, DoesNotTrustABrokerWhoseCertificateExpiredOrNamesAnother) {
        {authority.sign("old", "IP:127.0.0.1", -1), authority.sign("other", "DNS:elsewhere.example")}) {
     Broker broker({.tls = bad});
     const auto link = started({.uri = broker.uri("venue/attic"), .ca_file = authority.certificate()});
-    EXPECT_TRUE(comes_true("it says why", [&] {
-      return link->trouble().find("certificate verify failed") != std::string::npos;
-    })) << link->trouble();
+    EXPECT_TRUE(becomes_true("it says why", [&] {
+      return link->error_message().find("certificate verify failed") != std::string::npos;
+    })) << link->error_message();
     EXPECT_EQ(link->counters().clients, 0U);
   }
 }
 
 TEST_F(MqttLinkTest, AConfigurationThatCannotWorkRefusesToStart) {
-  const auto refusal = [&](const MqttConfig& config) { return make_mqtt_link(config, "attic", commands_)->start(); };
-  EXPECT_EQ(refusal({.uri = "mqtt://broker/venue/+"}).code(), StatusCode::invalid_argument);
-  const Status missing = refusal({.uri = "mqtts://broker/venue/attic", .ca_file = "/no/such.pem"});
+  const auto denial_reason = [&](const MqttConfig& config) { return make_mqtt_link(config, "attic", commands_)->start(); };
+  EXPECT_EQ(denial_reason({.uri = "mqtt://broker/venue/+"}).code(), StatusCode::invalid_argument);
+  const Status missing = denial_reason({.uri = "mqtts://broker/venue/attic", .ca_file = "/no/such.pem"});
   EXPECT_EQ(missing.code(), StatusCode::not_found);
   EXPECT_THAT(missing.message(), HasSubstr("/no/such.pem"));
   const TempDir folder;
-  const Status plain = refusal({.uri = "mqtt://broker/venue/attic", .login_file = folder.write("login", "ann\nx\n")});
+  const Status plain = denial_reason({.uri = "mqtt://broker/venue/attic", .login_file = folder.write("login", "ann\nx\n")});
   EXPECT_THAT(plain.message(), HasSubstr("LINK_SECURITY_PLAIN"));
   const Status empty =
-      refusal({.uri = "mqtts://broker/venue/attic", .login_file = folder.write("login", "\nsecret\n")});
+      denial_reason({.uri = "mqtts://broker/venue/attic", .login_file = folder.write("login", "\nsecret\n")});
   EXPECT_THAT(empty.message(), HasSubstr("user name"));
 }
 

@@ -51,12 +51,12 @@ class Visitor {
   }
 
   /// The first round trip, and what would be sent in the second.
-  v1::PairFinishRequest meet(const std::string& code) {
+  v1::PairFinishRequest process_peer_share(const std::string& code) {
     exchange_.emplace(std::move(*PairingExchange::begin(PairingSide::client, code)));
     v1::PairBeginRequest request;
     request.set_share(exchange_->share());
     EXPECT_TRUE(begin(request).ok());
-    EXPECT_TRUE(exchange_->meet(begun_.share(), certificate_).ok());
+    EXPECT_TRUE(exchange_->process_peer_share(begun_.share(), certificate_).ok());
     v1::PairApplication application;
     application.set_client_name("visitor");
     application.set_public_key(key_.public_pem);
@@ -69,7 +69,7 @@ class Visitor {
     reader_.emplace(std::move(sealed->reader));
     return next;
   }
-  grpc::Status pair(const std::string& code) { return finish(meet(code)); }
+  grpc::Status pair(const std::string& code) { return finish(process_peer_share(code)); }
 
   /// What a pairing brought.
   v1::PairCredentials credentials() const {
@@ -87,7 +87,7 @@ class Visitor {
   const KeyPair key_;
   std::unique_ptr<v1::PairingService::Stub> stub_;
   std::optional<PairingExchange> exchange_;
-  std::optional<PairingReader> reader_;  // what is left of it
+  std::optional<PairingChannel> reader_;  // what is left of it
   v1::PairBeginResponse begun_;
   v1::PairFinishResponse finished_;
   std::vector<std::string> said_;
@@ -149,13 +149,13 @@ TEST_F(PairingWindowTest, ACodeIsGoodForOneClient) {
 TEST_F(PairingWindowTest, ThreeWrongCodesCloseTheWindowEvenToTheRightOne) {
   open();
   Visitor late(*window_, keys_);
-  const v1::PairFinishRequest right = late.meet(window_->code());
+  const v1::PairFinishRequest right = late.process_peer_share(window_->code());
   for (int i = 1; i <= PairingWindow::kMaxWrongCodes; ++i) {
     EXPECT_EQ(now_it_is(), PairingOutcome::open);
     EXPECT_EQ(Visitor(*window_, keys_).pair(another(window_->code())).error_code(), grpc::StatusCode::UNAUTHENTICATED);
     EXPECT_EQ(window_->wrong_codes(), i);
   }
-  EXPECT_EQ(now_it_is(), PairingOutcome::guessed);
+  EXPECT_EQ(now_it_is(), PairingOutcome::too_many_wrong_codes);
   EXPECT_EQ(late.finish(right).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_FALSE(std::filesystem::exists(folder_.path("keys/clients"))) << "nobody was let in";
 }
@@ -163,7 +163,7 @@ TEST_F(PairingWindowTest, ThreeWrongCodesCloseTheWindowEvenToTheRightOne) {
 TEST_F(PairingWindowTest, AReplayedPairingIsAWrongCode) {
   open();
   Visitor first(*window_, keys_);
-  const v1::PairFinishRequest recorded = first.meet(window_->code());
+  const v1::PairFinishRequest recorded = first.process_peer_share(window_->code());
   v1::PairBeginRequest recorded_begin;
   ASSERT_TRUE(recorded_begin.ParseFromString(first.said().front()));
   // Another session in which the same share is sent again: the probe's own share is a new one.
@@ -184,7 +184,7 @@ TEST_F(PairingWindowTest, AReplayedPairingIsAWrongCode) {
 TEST_F(PairingWindowTest, SessionsThatNobodyBeganDoNotCloseTheWindow) {
   open();
   Visitor stranger(*window_, keys_), known(*window_, keys_);
-  const v1::PairFinishRequest right = known.meet(window_->code());
+  const v1::PairFinishRequest right = known.process_peer_share(window_->code());
   for (int i = 0; i < 3 * PairingWindow::kMaxWrongCodes; ++i) {
     v1::PairFinishRequest invented = right;
     invented.set_session(std::string(16, static_cast<char>('a' + i)));
@@ -198,7 +198,7 @@ TEST_F(PairingWindowTest, SessionsThatNobodyBeganDoNotCloseTheWindow) {
 TEST_F(PairingWindowTest, AnExchangeIsGoodForOneGuess) {
   open();
   Visitor visitor(*window_, keys_);
-  const v1::PairFinishRequest right = visitor.meet(window_->code());
+  const v1::PairFinishRequest right = visitor.process_peer_share(window_->code());
   v1::PairFinishRequest wrong = right;
   wrong.set_confirmation(std::string(32, 'x'));
   EXPECT_EQ(visitor.finish(wrong).error_code(), grpc::StatusCode::UNAUTHENTICATED);
@@ -215,7 +215,7 @@ TEST_F(PairingWindowTest, WhatIsNoShareNoConfirmationAndNoApplicationIsRefused) 
     request.set_share(share);
     EXPECT_EQ(visitor.begin(request).error_code(), grpc::StatusCode::DATA_LOSS);
   }
-  v1::PairFinishRequest changed = visitor.meet(window_->code());
+  v1::PairFinishRequest changed = visitor.process_peer_share(window_->code());
   changed.set_sealed(std::string(40, 'x'));
   EXPECT_EQ(visitor.finish(changed).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   v1::PairBeginRequest huge;

@@ -18,7 +18,7 @@ class GrpcLinkTest : public ::testing::Test {
 
   /// Clients that the server knows of.
   [[nodiscard]] ::testing::AssertionResult clients_become(std::uint32_t count) const {
-    return comes_true("the link has " + std::to_string(count) + " clients",
+    return becomes_true("the link has " + std::to_string(count) + " clients",
                       [&] { return link_->counters().clients == count; });
   }
 

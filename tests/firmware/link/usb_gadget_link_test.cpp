@@ -62,7 +62,7 @@ class HandPort final : public GadgetPort {
   }
   /// Waits for the link to read, and gives it these bytes.
   void give(const Bytes& bytes) {
-    ASSERT_TRUE(comes_true("the link reads", [&] { return reads(); }));
+    ASSERT_TRUE(becomes_true("the link reads", [&] { return reads(); }));
     const std::lock_guard lock(mutex_);
     std::copy(bytes.begin(), bytes.end(), receiving_.begin());
     receiving_ = {};
@@ -71,7 +71,7 @@ class HandPort final : public GadgetPort {
   }
   /// What the link sends; its transfer ends.
   std::optional<Bytes> take() {
-    if (!comes_true("the link sends", [&] { return sends(); })) return std::nullopt;
+    if (!becomes_true("the link sends", [&] { return sends(); })) return std::nullopt;
     const std::lock_guard lock(mutex_);
     Bytes bytes = *std::exchange(sending_, std::nullopt);
     events_.push_back({Kind::sent, bytes.size(), 0});
@@ -80,7 +80,7 @@ class HandPort final : public GadgetPort {
   }
   /// As take(), with an error.
   void fail() {
-    ASSERT_TRUE(comes_true("the link sends", [&] { return sends(); }));
+    ASSERT_TRUE(becomes_true("the link sends", [&] { return sends(); }));
     const std::lock_guard lock(mutex_);
     sending_.reset();
     events_.push_back({Kind::sent, 0, ESHUTDOWN});
@@ -140,7 +140,7 @@ class UsbGadgetLinkTest : public ::testing::Test {
       ADD_FAILURE() << "nothing is sent";
       return got;
     }
-    const FrameReader::Take take = [&](const LinkFrame& f) {
+    const FrameReader::FrameCallback take = [&](const LinkFrame& f) {
       got = {f.kind, f.sequence, {f.payload.begin(), f.payload.end()}};
     };
     reader_.push(*bytes, take);
@@ -159,10 +159,10 @@ class UsbGadgetLinkTest : public ::testing::Test {
 TEST_F(UsbGadgetLinkTest, SaysNothingUnlessAHostIsThereAndAsks) {
   link_->publish(descriptor(1));
   port_->happens({Kind::enabled});
-  ASSERT_TRUE(comes_true("the link reads", [&] { return port_->reads(); }));
+  ASSERT_TRUE(becomes_true("the link reads", [&] { return port_->reads(); }));
   link_->publish(descriptor(2));
   EXPECT_FALSE(port_->sends()) << "it would be old when somebody comes";
-  EXPECT_EQ(link_->usb_counters().unheard, 2U);
+  EXPECT_EQ(link_->usb_counters().descriptors_without_listener, 2U);
   EXPECT_EQ(link_->counters().clients, 0U);
   port_->give(question());
   EXPECT_EQ(next().kind, FrameKind::response);
@@ -174,7 +174,7 @@ TEST_F(UsbGadgetLinkTest, SaysNothingUnlessAHostIsThereAndAsks) {
 TEST_F(UsbGadgetLinkTest, AHostThatReadsSlowlyGetsTheNewestAndThePublisherDoesNotWait) {
   host_comes();
   link_->publish(descriptor(1));
-  ASSERT_TRUE(comes_true("the first is under way", [&] { return port_->sends(); }));
+  ASSERT_TRUE(becomes_true("the first is under way", [&] { return port_->sends(); }));
   for (int i = 2; i <= 9; ++i) link_->publish(descriptor(i));
   EXPECT_EQ(link_->counters().coalesced, 7U);
   EXPECT_EQ(next().payload, *descriptor(1));
@@ -185,10 +185,10 @@ TEST_F(UsbGadgetLinkTest, AHostThatReadsSlowlyGetsTheNewestAndThePublisherDoesNo
 TEST_F(UsbGadgetLinkTest, AnswersGoBeforeDescriptors) {
   host_comes();
   link_->publish(descriptor(1));
-  ASSERT_TRUE(comes_true("the first is under way", [&] { return port_->sends(); }));
+  ASSERT_TRUE(becomes_true("the first is under way", [&] { return port_->sends(); }));
   link_->publish(descriptor(2));
   port_->give(question());
-  ASSERT_TRUE(comes_true("it was heard", [&] { return link_->usb_counters().requests == 2; }));
+  ASSERT_TRUE(becomes_true("it was heard", [&] { return link_->usb_counters().requests == 2; }));
   EXPECT_EQ(next().payload, *descriptor(1));
   EXPECT_EQ(next().kind, FrameKind::response);
   EXPECT_EQ(next().payload, *descriptor(2));
@@ -214,7 +214,7 @@ TEST_F(UsbGadgetLinkTest, AnEndpointThatRefusesIsTriedAgain) {
     link_->publish(descriptor(i));
     std::this_thread::sleep_for(std::chrono::milliseconds(40));
   }
-  EXPECT_TRUE(comes_true("it sends at last", [&] { return port_->sends(); }));
+  EXPECT_TRUE(becomes_true("it sends at last", [&] { return port_->sends(); }));
   EXPECT_EQ(link_->usb_counters().frames_failed, 2U);
 }
 
@@ -222,7 +222,7 @@ TEST_F(UsbGadgetLinkTest, ANewStreamBeginsWithAQuestionAndAfterSleepComesTheNewe
   host_comes();
   // As after a reset: enabled anew, and no word of an end.
   port_->happens({Kind::enabled});
-  ASSERT_TRUE(comes_true("nobody listens", [&] { return link_->counters().clients == 0; }));
+  ASSERT_TRUE(becomes_true("nobody listens", [&] { return link_->counters().clients == 0; }));
   link_->publish(descriptor(1));
   EXPECT_FALSE(port_->sends());
   port_->give(question());
@@ -230,7 +230,7 @@ TEST_F(UsbGadgetLinkTest, ANewStreamBeginsWithAQuestionAndAfterSleepComesTheNewe
 
   port_->happens({Kind::suspended});
   port_->give(Bytes{});  // Passes behind the event, so that the link has seen it.
-  ASSERT_TRUE(comes_true("the link reads", [&] { return port_->reads(); }));
+  ASSERT_TRUE(becomes_true("the link reads", [&] { return port_->reads(); }));
   link_->publish(descriptor(2));
   link_->publish(descriptor(3));
   EXPECT_FALSE(port_->sends());
@@ -263,7 +263,7 @@ TEST_F(UsbGadgetLinkTest, WhatIsNoRequestIsRefusedCountedAndSurvived) {
   EXPECT_EQ(c.from_host.replayed, 1U);
   EXPECT_EQ(c.from_host.bad_headers, 1U);
   EXPECT_GE(c.from_host.cut_off, 1U);
-  EXPECT_EQ(c.not_requests, 2U);
+  EXPECT_EQ(c.invalid_requests, 2U);
   EXPECT_GE(c.from_host.skipped_bytes, 16U * 1024 + 77);
   EXPECT_EQ(link_->counters().messages_refused, c.from_host.refused() + 2);
   EXPECT_FALSE(commands_.lux_);
@@ -272,18 +272,18 @@ TEST_F(UsbGadgetLinkTest, WhatIsNoRequestIsRefusedCountedAndSurvived) {
 TEST_F(UsbGadgetLinkTest, AHostThatAsksWithoutReadingDoesNotFillTheProbe) {
   host_comes();
   for (int i = 0; i < 40; ++i) port_->give(question());
-  ASSERT_TRUE(comes_true("all were heard", [&] { return link_->usb_counters().requests == 41; }));
+  ASSERT_TRUE(becomes_true("all were heard", [&] { return link_->usb_counters().requests == 41; }));
   // One answer is under way, sixteen wait.
   EXPECT_EQ(link_->usb_counters().responses_dropped, 40U - 17U);
 }
 
 TEST_F(UsbGadgetLinkTest, AHostThatAsksNoMoreGetsNoMore) {
   host_comes();
-  EXPECT_TRUE(comes_true(
+  EXPECT_TRUE(becomes_true(
       "it is forgotten", [&] { return link_->counters().clients == 0; },
-      std::chrono::milliseconds(kListening.ns / 1'000'000 + 20'000)));
+      std::chrono::milliseconds(kListenerTimeout.ns / 1'000'000 + 20'000)));
   link_->publish(descriptor(1));
-  EXPECT_EQ(link_->usb_counters().unheard, 1U);
+  EXPECT_EQ(link_->usb_counters().descriptors_without_listener, 1U);
 }
 
 TEST(UsbGadgetLinkStart, FailsWithThePortsReason) {

@@ -53,13 +53,13 @@ inline Pose face_on(double distance_m, double tilt_rad) {
 }
 
 /// Tags turned less than 72 degrees away, corners off by `sigma_px` in each coordinate.
-inline std::vector<SeenTag> seen_of(const RigParameters& rig, const MarkerBody& body, const Pose& probe_body,
+inline std::vector<TagObservation> seen_of(const RigParameters& rig, const MarkerBody& body, const Pose& probe_body,
                                     double sigma_px, std::uint64_t seed) {
   const auto tags = tags_of(body);
   EXPECT_TRUE(tags);
   auto seen = seen_from(rig, *tags, inverse(probe_body), sigma_px, seed);
-  std::erase_if(seen, [&](const SeenTag& s) {
-    for (const TagInRoom& tag : *tags) {
+  std::erase_if(seen, [&](const TagObservation& s) {
+    for (const WorldTag& tag : *tags) {
       const Pose probe_face = compose(probe_body, tag.world_tag);
       const Vec3d lens = rig.lenses[static_cast<std::size_t>(s.lens)].pose_cv.translation;
       if (tag.id == s.tag.id)

@@ -73,7 +73,7 @@ TEST(BodyPose, PerfectCornersGiveThePoseToRounding) {
     EXPECT_LT(shift_of(e), 1e-6) << seed;
     EXPECT_FALSE(pose->ambiguous) << seed;
     EXPECT_EQ(pose->used, static_cast<int>(seen.size()));
-    for (const TagUse& use : pose->tags) EXPECT_TRUE(use.used && use.left_out.empty());
+    for (const TagReport& use : pose->tags) EXPECT_TRUE(use.used && use.left_out.empty());
   }
 }
 
@@ -169,7 +169,7 @@ TEST(BodyPose, ACalibrationWrongByTwoPercentIsWithinThreeSigmaAsDelivered) {
 }
 
 /// A pose in spite of tags that are wrong: near the truth, those with number `bad` left out for that reason.
-void expect_left_out(const RigParameters& rig, const MarkerBody& body, const std::vector<SeenTag>& seen,
+void expect_left_out(const RigParameters& rig, const MarkerBody& body, const std::vector<TagObservation>& seen,
                      const Pose& truth, int bad, const char* why) {
   const auto pose = find_body_pose(rig, body, seen, std::nullopt, exact_camera());
   ASSERT_TRUE(pose) << pose.status().message();
@@ -180,7 +180,7 @@ void expect_left_out(const RigParameters& rig, const MarkerBody& body, const std
   ASSERT_EQ(pose->tags.size(), seen.size());
   int left_out = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const TagUse& use = pose->tags[i];
+    const TagReport& use = pose->tags[i];
     EXPECT_EQ(use.id, seen[i].tag.id);
     EXPECT_EQ(use.used, use.left_out.empty());
     if (use.used) continue;
@@ -216,7 +216,7 @@ TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
     // Read as the number of a face that is turned away.
     int hidden = 0;
     for (int n = 0; n < 12; ++n)
-      if (std::none_of(seen.begin(), seen.end(), [&](const SeenTag& s) { return s.tag.id == n; })) hidden = n;
+      if (std::none_of(seen.begin(), seen.end(), [&](const TagObservation& s) { return s.tag.id == n; })) hidden = n;
     with([&](auto& s) { s[1].tag.id = hidden; }, hidden, "");
     // Turned by a quarter: as its number on another body would hang.
     with([](auto& s) { std::rotate(s[1].tag.corners.begin(), s[1].tag.corners.begin() + 1, s[1].tag.corners.end()); },
@@ -232,7 +232,7 @@ TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
     // The same number on another body beside it.
     with(
         [&](auto& s) {
-          SeenTag twin = s[1];
+          TagObservation twin = s[1];
           for (PixelPosition& p : twin.tag.corners) p.x += 300;
           s.push_back(twin);
         },
@@ -263,7 +263,7 @@ TEST(BodyPose, OneFarFaceLeavesTwoAttitudesAndSaysSo) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Pose truth = face_on(1.2, 0.25);
     auto seen = seen_of(rig, body, truth, 0.2, seed);
-    std::erase_if(seen, [](const SeenTag& s) { return s.tag.id != 0; });
+    std::erase_if(seen, [](const TagObservation& s) { return s.tag.id != 0; });
     ASSERT_EQ(seen.size(), 1u);
     const auto pose = find_body_pose(rig, body, seen);
     ASSERT_TRUE(pose) << pose.status().message();
@@ -292,7 +292,7 @@ TEST(BodyPose, OneFarFaceLeavesTwoAttitudesAndSaysSo) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Pose truth = face_on(0.15, 0.6);
     auto seen = seen_of(rig, body, truth, 0.1, seed);
-    std::erase_if(seen, [](const SeenTag& s) { return s.tag.id != 0; });
+    std::erase_if(seen, [](const TagObservation& s) { return s.tag.id != 0; });
     ASSERT_EQ(seen.size(), 1u);
     const auto pose = find_body_pose(rig, body, seen);
     ASSERT_TRUE(pose);
@@ -369,8 +369,8 @@ TEST(BodyPose, BothLensesOfAPairCount) {
   const MarkerBody body = dodecahedron();
   const Pose truth = body_at({0, 0, -0.6}, 4);
   const auto seen = seen_of(pair, body, truth, 0.15, 1);
-  std::vector<SeenTag> one;
-  for (const SeenTag& s : seen)
+  std::vector<TagObservation> one;
+  for (const TagObservation& s : seen)
     if (s.lens == 0) one.push_back(s);
   ASSERT_LT(one.size(), seen.size());
   const auto both = find_body_pose(pair, body, seen, std::nullopt, exact_camera()),
@@ -388,17 +388,17 @@ TEST(BodyPose, InputThatDeterminesNothingIsRefusedWithTheReason) {
   EXPECT_THAT(refusal(find_body_pose(rig, body, {})), HasSubstr("no tag is seen"));
   EXPECT_EQ(find_body_pose(rig, body, {}).status().code(), StatusCode::not_found);
   auto foreign = good;
-  for (SeenTag& s : foreign) s.tag.id += 100;
+  for (TagObservation& s : foreign) s.tag.id += 100;
   EXPECT_THAT(refusal(find_body_pose(rig, body, foreign)), HasSubstr("none of the"));
   auto edge = good;
-  for (SeenTag& s : edge)
+  for (TagObservation& s : edge)
     for (std::size_t k = 0; k < 4; ++k) s.tag.corners[k] = {500 + 20.0 * static_cast<double>(k), 479.5};
   EXPECT_THAT(refusal(find_body_pose(rig, body, edge)), HasSubstr("lie in a line"));
   EXPECT_EQ(find_body_pose(rig, body, edge).status().code(), StatusCode::not_found);
   BodyPoseOptions options;
-  options.least_tags = 2;
+  options.min_tags = 2;
   EXPECT_THAT(refusal(find_body_pose(rig, body, std::span(good).first(1), std::nullopt, options)),
-              HasSubstr("least_tags"));
+              HasSubstr("min_tags"));
   const auto with = [&](auto change) {
     auto seen = good;
     change(seen[1]);
@@ -406,12 +406,12 @@ TEST(BodyPose, InputThatDeterminesNothingIsRefusedWithTheReason) {
     EXPECT_EQ(pose.status().code(), StatusCode::invalid_argument);
     return refusal(pose);
   };
-  EXPECT_THAT(with([](SeenTag& s) { s.tag.corners[1].x = kNan; }), HasSubstr("corner 1 is not a number"));
-  EXPECT_THAT(with([](SeenTag& s) { s.tag.covariance[3].xx = kNan; }), HasSubstr("corner 3's covariance"));
-  EXPECT_THAT(with([](SeenTag& s) { s.lens = 1; }), HasSubstr("the rig has 1 lenses"));
-  EXPECT_THAT(with([](SeenTag& s) { s.lens = -1; }), HasSubstr("the rig has 1 lenses"));
+  EXPECT_THAT(with([](TagObservation& s) { s.tag.corners[1].x = kNan; }), HasSubstr("corner 1 is not a number"));
+  EXPECT_THAT(with([](TagObservation& s) { s.tag.covariance[3].xx = kNan; }), HasSubstr("corner 3's covariance"));
+  EXPECT_THAT(with([](TagObservation& s) { s.lens = 1; }), HasSubstr("the rig has 1 lenses"));
+  EXPECT_THAT(with([](TagObservation& s) { s.lens = -1; }), HasSubstr("the rig has 1 lenses"));
   // Two that contradict each other.
-  std::vector<SeenTag> two = {good[0], good[1]};
+  std::vector<TagObservation> two = {good[0], good[1]};
   std::rotate(two[1].tag.corners.begin(), two[1].tag.corners.begin() + 1, two[1].tag.corners.end());
   EXPECT_THAT(refusal(find_body_pose(rig, body, two)), HasSubstr("contradict each other"));
   MarkerBody unknown = body;
@@ -425,7 +425,7 @@ TEST(BodyPose, InputThatDeterminesNothingIsRefusedWithTheReason) {
   EXPECT_THAT(asking([](auto& o) { o.model_error_px = -1; }), HasSubstr("model_error_px"));
   EXPECT_THAT(asking([](auto& o) { o.ambiguity_odds = kNan; }), HasSubstr("ambiguity_odds"));
   EXPECT_THAT(asking([](auto& o) { o.focal_sigma = kNan; }), HasSubstr("focal_sigma"));
-  EXPECT_THAT(asking([](auto& o) { o.least_tags = 0; }), HasSubstr("least_tags"));
+  EXPECT_THAT(asking([](auto& o) { o.min_tags = 0; }), HasSubstr("min_tags"));
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ struct Stage {
   explicit Stage(const RigParameters& with = camera_rig(), const BodyTrackerOptions& options = {})
       : rig(with), camera(rig, body), tracker(std::move(*BodyTracker::make(body, rig, options))) {}
 
-  BodySighting look(const reference::GreyBytes& picture, double ms) {
+  BodyObservation look(const reference::GreyBytes& picture, double ms) {
     auto sighting = tracker.track(picture.view(), at_ms(ms));
     EXPECT_TRUE(sighting) << sighting.status().message();
     return std::move(*sighting);
@@ -48,9 +48,9 @@ struct Stage {
 };
 
 /// No pose, or a flag, or an answer within its own doubt.
-void expect_not_confidently_wrong(const BodySighting& sighting, const Pose& truth, const char* name) {
+void expect_not_confidently_wrong(const BodyObservation& sighting, const Pose& truth, const char* name) {
   if (!sighting.pose) {
-    std::cout << name << ": refused, " << sighting.why_not << "\n";
+    std::cout << name << ": refused, " << sighting.failure_reason << "\n";
     return;
   }
   const auto e = error_of(sighting.pose->probe_body.pose, truth);
@@ -73,8 +73,8 @@ TEST(BodyTracker, AStillBodyIsFoundAndThenLookedForWhereItIs) {
     const Pose truth = body_at({0.06, -0.03, -distance_for(400)}, seed);
     for (int i = 0; i < 4; ++i) {
       const auto picture = stage.camera.take(truth, 10 * seed + static_cast<std::uint64_t>(i));
-      const BodySighting sighting = stage.look(picture, 33 * i);
-      ASSERT_TRUE(sighting.pose) << sighting.why_not;
+      const BodyObservation sighting = stage.look(picture, 33 * i);
+      ASSERT_TRUE(sighting.pose) << sighting.failure_reason;
       EXPECT_EQ(sighting.predicted, i > 0);
       EXPECT_GE(sighting.pose->used, 3);
       EXPECT_FALSE(sighting.pose->ambiguous);
@@ -114,7 +114,7 @@ TEST(BodyTracker, ABodyInMotionIsFollowed) {
     shot.probe_body = pose_at(i * kFrame - 0.002);
     shot.closing = pose_at(i * kFrame + 0.002);
     shot.seed = static_cast<std::uint64_t>(i);
-    const BodySighting sighting = stage.look(stage.camera.take(shot), 1000 * i * kFrame);
+    const BodyObservation sighting = stage.look(stage.camera.take(shot), 1000 * i * kFrame);
     predicted += sighting.predicted;
     if (!sighting.pose) continue;
     ++found;
@@ -140,13 +140,13 @@ TEST(BodyTracker, ABodyThatWasLostIsFoundAgainElsewhere) {
   EXPECT_TRUE(stage.look(here, 0).pose);
   EXPECT_TRUE(stage.look(here, 33).predicted);
   for (int i = 0; i < 5; ++i) {
-    const BodySighting nothing = stage.look(empty, 66 + 33 * i);
+    const BodyObservation nothing = stage.look(empty, 66 + 33 * i);
     EXPECT_FALSE(nothing.pose);
-    EXPECT_THAT(nothing.why_not, HasSubstr("no tag is seen"));
+    EXPECT_THAT(nothing.failure_reason, HasSubstr("no tag is seen"));
     EXPECT_EQ(nothing.predicted, i == 0) << "the expected part once, then everything";
   }
-  const BodySighting again = stage.look(there, 300);
-  ASSERT_TRUE(again.pose) << again.why_not;
+  const BodyObservation again = stage.look(there, 300);
+  ASSERT_TRUE(again.pose) << again.failure_reason;
   EXPECT_FALSE(again.predicted);
   EXPECT_LT(shift_of(error_of(again.pose->probe_body.pose, right)), 0.01);
   EXPECT_TRUE(stage.look(there, 333).predicted);
@@ -170,7 +170,7 @@ TEST(BodyTracker, SizesFromNothingToThePictureAreRightOrRefused) {
       const Pose truth = body_at({0, 0, -distance_for(width_px)}, 40 + static_cast<std::uint64_t>(i));
       const auto picture = stage.camera.take(truth);
       for (int k = 0; k < 2; ++k) {
-        const BodySighting sighting = stage.look(picture, 33 * k);
+        const BodyObservation sighting = stage.look(picture, 33 * k);
         expect_not_confidently_wrong(sighting, truth, (std::to_string(width_px) + " px").c_str());
         if (k == 1) found += sighting.pose.has_value();
       }
@@ -192,7 +192,7 @@ TEST(BodyTracker, PicturesThatAreBadAreRefusedOrRight) {
     change(shot);
     const auto picture = stage.camera.take(shot);
     stage.tracker.reset();
-    const BodySighting sighting = stage.look(picture, 0);
+    const BodyObservation sighting = stage.look(picture, 0);
     expect_not_confidently_wrong(sighting, truth, name);
     return sighting;
   };
@@ -229,12 +229,12 @@ TEST(BodyTracker, AHalfCoveredTagIsLeftOutOrHarmless) {
         transformed(compose(truth, nearest->body_face), {0.012, 0.004, 0.02}), 0.012, {0.3, 0.3, 0.3}};
     stage.tracker.reset();
     const auto picture = stage.camera.take(shot);
-    const BodySighting sighting = stage.look(picture, 0);
-    ASSERT_TRUE(sighting.pose) << sighting.why_not;
+    const BodyObservation sighting = stage.look(picture, 0);
+    ASSERT_TRUE(sighting.pose) << sighting.failure_reason;
     expect_not_confidently_wrong(sighting, truth, "half covered");
     EXPECT_LT(turn_of(error_of(sighting.pose->probe_body.pose, truth)), 0.5 * kDegree);
     covered += std::none_of(sighting.pose->tags.begin(), sighting.pose->tags.end(),
-                            [&](const TagUse& use) { return use.id == nearest->tag_id && use.used; });
+                            [&](const TagReport& use) { return use.id == nearest->tag_id && use.used; });
   }
   EXPECT_GE(covered, 4) << "otherwise nothing was covered";
 }
@@ -279,7 +279,7 @@ TEST(BodyTracker, InputThatCannotBeIsRefused) {
   EXPECT_THAT(asking([](auto& o) { o.decimate = 0.5; }), HasSubstr("decimate"));
   EXPECT_THAT(asking([](auto& o) { o.lost_after = 0; }), HasSubstr("lost_after"));
   EXPECT_THAT(asking([](auto& o) { o.pose.focal_sigma = -1; }), HasSubstr("focal_sigma"));
-  EXPECT_THAT(asking([](auto& o) { o.motion.acceleration_m_per_s2 = 0; }), HasSubstr("acceleration_m_per_s2"));
+  EXPECT_THAT(asking([](auto& o) { o.motion.acceleration_sigma_m_per_s2 = 0; }), HasSubstr("acceleration_sigma_m_per_s2"));
   EXPECT_THAT(asking([](auto& o) { o.linear = {0, 1}; }), HasSubstr("linear"));
   MarkerBody none = body;
   none.faces.clear();

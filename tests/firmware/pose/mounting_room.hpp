@@ -24,8 +24,8 @@ inline RigParameters pair_rig(int edge = 960) {
 }
 
 /// Tags of 16 cm on four walls of a room of 4 x 4 m, 2.5 m high, the origin in the middle of its floor.
-inline std::vector<TagInRoom> tags_on_walls() {
-  std::vector<TagInRoom> out;
+inline std::vector<WorldTag> tags_on_walls() {
+  std::vector<WorldTag> out;
   int id = 0;
   for (int wall = 0; wall < 4; ++wall) {
     const Quat turn = Quat::about({0, 1, 0}, wall * kPi / 2);
@@ -41,19 +41,19 @@ inline Pose probe_in_room() {
 }
 
 /// What an ideal detector with errors of `sigma_px` in each coordinate tells.
-inline std::vector<SeenTag> seen_from(const RigParameters& rig, const std::vector<TagInRoom>& room,
+inline std::vector<TagObservation> seen_from(const RigParameters& rig, const std::vector<WorldTag>& room,
                                       const Pose& world_probe, double sigma_px, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  std::vector<SeenTag> out;
+  std::vector<TagObservation> out;
   for (std::size_t l = 0; l < rig.lenses.size(); ++l) {
     const LensParameters& lens = rig.lenses[l];
     const CameraModel model(lens);
     const Pose lens_world = compose(inverse(lens.pose_cv), inverse(world_probe));
-    for (const TagInRoom& tag : room) {
+    for (const WorldTag& tag : room) {
       const Pose lens_tag = compose(lens_world, tag.world_tag);
       if (dot(rotate(lens_tag.rotation, Vec3d{0, 0, 1}), lens_tag.translation) >= 0) continue;
-      SeenTag seen;
+      TagObservation seen;
       seen.lens = static_cast<int>(l);
       seen.tag.family = tag.family;
       seen.tag.id = tag.id;

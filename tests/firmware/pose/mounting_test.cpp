@@ -47,7 +47,7 @@ TEST(Mounting, PerfectCornersGiveThePoseToRounding) {
   const auto seen = seen_from(rig, room, probe_in_room(), 0, 1);
   // A calibration's quaternion need not be normalised.
   rig.lenses[1].pose_cv.rotation = {0, 0, 2, 0};
-  ASSERT_TRUE(std::any_of(seen.begin(), seen.end(), [](const SeenTag& s) { return s.lens == 1; }));
+  ASSERT_TRUE(std::any_of(seen.begin(), seen.end(), [](const TagObservation& s) { return s.lens == 1; }));
   const auto mounting = find_mounting(rig, room, seen);
   ASSERT_TRUE(mounting) << mounting.status().message();
   const auto e = error_of(mounting->world_probe.pose, probe_in_room());
@@ -57,11 +57,11 @@ TEST(Mounting, PerfectCornersGiveThePoseToRounding) {
   EXPECT_TRUE(mounting->position_known && mounting->heading_known);
   EXPECT_FALSE(mounting->ambiguous);
   ASSERT_EQ(mounting->tags.size(), seen.size());
-  for (const TagUse& use : mounting->tags) EXPECT_TRUE(use.used);
+  for (const TagReport& use : mounting->tags) EXPECT_TRUE(use.used);
 }
 
 /// Shares of 100 trials within three standard deviations, for each of the six numbers.
-std::array<int, 6> within_three_sigma(const RigParameters& rig, const std::vector<TagInRoom>& room, const Pose& truth,
+std::array<int, 6> within_three_sigma(const RigParameters& rig, const std::vector<WorldTag>& room, const Pose& truth,
                                       const char* name, double sigma_px = 0.1,
                                       std::optional<GravityReading> gravity = std::nullopt) {
   std::array<int, 6> inside{};
@@ -100,7 +100,7 @@ TEST(Mounting, TheErrorIsWithinThreeSigmaInNearlyAllOfAHundredTrials) {
   one_lens.lenses.resize(1);
   for (const int n : within_three_sigma(one_lens, room, probe_in_room(), "one lens")) EXPECT_GE(n, 95);
   // A single tag, large enough in the picture and askew enough to have one solution only.
-  const std::vector<TagInRoom> single = {
+  const std::vector<WorldTag> single = {
       {TagFamily::tag36h11, 0, 0.4, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
   for (const int n : within_three_sigma(rig, single, probe_in_room(), "one tag")) EXPECT_GE(n, 95);
 }
@@ -124,7 +124,7 @@ TEST(Mounting, AFarTagSeenNearlyHeadOnIsAmbiguousAndBothSolutionsAreGiven) {
   Pose probe;
   probe.translation = {0, 1.4, 1.0};
   const Pose tilted{Quat::about({0, 1, 0}, 0.25), {0.2, 1.4, -1}};
-  const std::vector<TagInRoom> room = {{TagFamily::tag36h11, 5, 0.12, tilted}};
+  const std::vector<WorldTag> room = {{TagFamily::tag36h11, 5, 0.12, tilted}};
   int ambiguous = 0, near_either = 0;
   constexpr int kTrials = 20;
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
@@ -151,7 +151,7 @@ TEST(Mounting, GravityDecidesBetweenTheTwo) {
   Pose probe;
   probe.translation = {0, 1.4, 1.0};
   // Tilted about the horizontal, so that the mirror image has the probe lean.
-  const std::vector<TagInRoom> room = {{TagFamily::tag36h11, 5, 0.12, {Quat::about({1, 0, 0}, 0.35), {0.1, 1.4, -1}}}};
+  const std::vector<WorldTag> room = {{TagFamily::tag36h11, 5, 0.12, {Quat::about({1, 0, 0}, 0.35), {0.1, 1.4, -1}}}};
   GravityReading gravity{{0, 9.8, 0}, 0.5 * kDegree};
   int without = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -168,7 +168,7 @@ TEST(Mounting, GravityDecidesBetweenTheTwo) {
 
 TEST(Mounting, GravityMakesUpSurerThanATagAlone) {
   const RigParameters rig = pair_rig();
-  const std::vector<TagInRoom> room = {{TagFamily::tag36h11, 0, 0.3, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
+  const std::vector<WorldTag> room = {{TagFamily::tag36h11, 0, 0.3, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
   const auto seen = seen_from(rig, room, probe_in_room(), 0.3, 3);
   GravityReading gravity;
   gravity.up_probe = rotate(probe_in_room().rotation.inverse(), Vec3d{0, 1, 0});
@@ -216,7 +216,7 @@ TEST(Mounting, ATagThatWasMovedIsLeftOutAndNamed) {
   EXPECT_LT(angle_of(e), 0.1 * kDegree);
   EXPECT_LT(distance_of(e), 0.003);
   int left_out = 0;
-  for (const TagUse& use : mounting->tags) {
+  for (const TagReport& use : mounting->tags) {
     EXPECT_EQ(use.used, use.id != 2);
     EXPECT_EQ(use.left_out, use.used ? "" : "it contradicts the others");
     left_out += !use.used;
@@ -227,7 +227,7 @@ TEST(Mounting, ATagThatWasMovedIsLeftOutAndNamed) {
 TEST(Mounting, TwoTagsThatContradictEachOtherAreRefused) {
   RigParameters rig = pair_rig();
   rig.lenses.resize(1);
-  std::vector<TagInRoom> room = tags_on_walls();
+  std::vector<WorldTag> room = tags_on_walls();
   room.resize(2);
   const auto seen = seen_from(rig, room, probe_in_room(), 0.1, 7);
   ASSERT_EQ(seen.size(), 2u);
@@ -242,7 +242,7 @@ TEST(Mounting, ATagBeyondNinetyDegreesCounts) {
   RigParameters rig = pair_rig();
   rig.lenses.resize(1);
   // Beside the probe and behind its lens, all four corners.
-  std::vector<TagInRoom> room = {{TagFamily::tag36h11, 1, 0.03, {}}};
+  std::vector<WorldTag> room = {{TagFamily::tag36h11, 1, 0.03, {}}};
   room[0].world_tag = {test::board_facing(test::single_tag(1, 0.03), {}, Vec3d{-1, 0, 0.4}).world_board.rotation,
                        {1, 0, 0.02}};
   const auto seen = seen_from(rig, room, {}, 0, 1);
@@ -260,13 +260,13 @@ TEST(Mounting, FromPicturesOfBothLensesThroughTheDetector) {
   RigParameters rig = pair_rig(800);
   const auto room = tags_on_walls();
   std::vector<test::PlacedBoard> boards;
-  for (const TagInRoom& tag : room) {
+  for (const WorldTag& tag : room) {
     const TagBoard board = test::single_tag(tag.id, tag.size_m);
     boards.push_back({board, {tag.world_tag.rotation, transformed(tag.world_tag, tag_corners(tag.size_m)[0])}});
   }
   auto detector = TagDetector::make();
   ASSERT_TRUE(detector);
-  std::vector<SeenTag> seen;
+  std::vector<TagObservation> seen;
   for (std::size_t lens = 0; lens < 2; ++lens) {
     const test::BoardCamera camera(rig.lenses[lens]);
     const auto tags = detector->detect(camera.take(probe_in_room(), boards).view(), &camera.model());
@@ -289,24 +289,24 @@ TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {
   const auto room = tags_on_walls();
   const auto good = seen_from(rig, room, probe_in_room(), 0, 1);
   const auto with = [&](auto change) {
-    std::vector<SeenTag> seen = {good[0]};
+    std::vector<TagObservation> seen = {good[0]};
     change(seen[0]);
     return refusal(find_mounting(rig, room, seen));
   };
   EXPECT_THAT(refusal(find_mounting(rig, room, {})), HasSubstr("no tag is seen"));
   EXPECT_THAT(refusal(find_mounting(rig, {}, good)), HasSubstr("is in the room's list"));
-  EXPECT_THAT(with([](SeenTag& s) { s.tag.corners[1].x = kNan; }), HasSubstr("corner 1 is not a number"));
-  EXPECT_THAT(with([](SeenTag& s) { s.tag.covariance[3].xx = kNan; }), HasSubstr("corner 3's covariance"));
-  EXPECT_THAT(with([](SeenTag& s) { s.tag.covariance[3] = {1, 2, 1}; }), HasSubstr("positive definite"));
-  EXPECT_THAT(with([](SeenTag& s) { s.lens = 2; }), HasSubstr("the rig has 2 lenses"));
-  EXPECT_THAT(with([](SeenTag& s) { s.tag.corners[0] = {-400, -400}; }), HasSubstr("outside of what the lens sees"));
-  EXPECT_THAT(with([](SeenTag& s) { std::swap(s.tag.corners[1], s.tag.corners[3]); }), HasSubstr("seen from behind"));
-  EXPECT_THAT(with([](SeenTag& s) {
+  EXPECT_THAT(with([](TagObservation& s) { s.tag.corners[1].x = kNan; }), HasSubstr("corner 1 is not a number"));
+  EXPECT_THAT(with([](TagObservation& s) { s.tag.covariance[3].xx = kNan; }), HasSubstr("corner 3's covariance"));
+  EXPECT_THAT(with([](TagObservation& s) { s.tag.covariance[3] = {1, 2, 1}; }), HasSubstr("positive definite"));
+  EXPECT_THAT(with([](TagObservation& s) { s.lens = 2; }), HasSubstr("the rig has 2 lenses"));
+  EXPECT_THAT(with([](TagObservation& s) { s.tag.corners[0] = {-400, -400}; }), HasSubstr("outside of what the lens sees"));
+  EXPECT_THAT(with([](TagObservation& s) { std::swap(s.tag.corners[1], s.tag.corners[3]); }), HasSubstr("seen from behind"));
+  EXPECT_THAT(with([](TagObservation& s) {
                 // On one line through the middle of the picture, which is a great circle.
                 for (std::size_t k = 0; k < 4; ++k) s.tag.corners[k] = {500 + 20.0 * static_cast<double>(k), 479.5};
               }),
               HasSubstr("lie in a line"));
-  EXPECT_THAT(with([](SeenTag& s) { s.tag.corners.fill({300, 300}); }), HasSubstr("lie in a line"));
+  EXPECT_THAT(with([](TagObservation& s) { s.tag.corners.fill({300, 300}); }), HasSubstr("lie in a line"));
   auto twice = good;
   twice.push_back(good[0]);
   EXPECT_THAT(refusal(find_mounting(rig, room, twice)), HasSubstr("seen twice"));
@@ -316,11 +316,11 @@ TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {
     change(other[0]);
     return refusal(find_mounting(rig, other, good));
   };
-  EXPECT_THAT(in([](TagInRoom& t) { t.size_m = 0; }), HasSubstr("size must be positive"));
-  EXPECT_THAT(in([](TagInRoom& t) { t.world_tag.rotation = {0, 0, 0, 0}; }), HasSubstr("quaternion"));
-  EXPECT_THAT(in([](TagInRoom& t) { t.world_tag.rotation.x = kNan; }), HasSubstr("quaternion"));
-  EXPECT_THAT(in([](TagInRoom& t) { t.world_tag.translation.y = kInfinite; }), HasSubstr("not a number"));
-  EXPECT_THAT(in([](TagInRoom& t) { t.id = 1; }), HasSubstr("listed twice"));
+  EXPECT_THAT(in([](WorldTag& t) { t.size_m = 0; }), HasSubstr("size must be positive"));
+  EXPECT_THAT(in([](WorldTag& t) { t.world_tag.rotation = {0, 0, 0, 0}; }), HasSubstr("quaternion"));
+  EXPECT_THAT(in([](WorldTag& t) { t.world_tag.rotation.x = kNan; }), HasSubstr("quaternion"));
+  EXPECT_THAT(in([](WorldTag& t) { t.world_tag.translation.y = kInfinite; }), HasSubstr("not a number"));
+  EXPECT_THAT(in([](WorldTag& t) { t.id = 1; }), HasSubstr("listed twice"));
 
   for (const GravityReading& gravity : {GravityReading{{0, 0, 0}, 0.1}, GravityReading{{0, kNan, 0}, 0.1},
                                         GravityReading{{0, 1, 0}, 0}, GravityReading{{0, 1, 0}, kInfinite}}) {

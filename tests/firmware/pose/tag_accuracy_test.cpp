@@ -60,7 +60,7 @@ TEST(TagAccuracy, TheTopLeftPixelsCentreIsTheOrigin) {
   for (const bool refine : {false, true}) {
     CornerErrors all;
     TagDetectorOptions options;
-    options.corners = refine ? CornerWork::fitted : CornerWork::none;
+    options.corners = refine ? CornerRefinement::edge_fit : CornerRefinement::none;
     // Each picture with the probe moved a little, so that corners fall everywhere between pixels.
     for (int i = 0; i < 3; ++i) {
       PictureOptions picture_options;

@@ -87,9 +87,9 @@ TEST(Panorama, WhatIsNoRadianceIsReplacedAndCounted) {
   rgb[10] = 42;
   const Result<Panorama> p = make_panorama(4, 2, rgb);
   ASSERT_TRUE(p.ok());
-  EXPECT_EQ(p->cleaning.nan, 1U);
-  EXPECT_EQ(p->cleaning.negative, 2U);
-  EXPECT_EQ(p->cleaning.infinite, 1U);
+  EXPECT_EQ(p->sanitize_counts.nan, 1U);
+  EXPECT_EQ(p->sanitize_counts.negative, 2U);
+  EXPECT_EQ(p->sanitize_counts.infinite, 1U);
   EXPECT_EQ(p->rgb[0], 0);
   EXPECT_EQ(p->rgb[5], 0);
   EXPECT_EQ(p->rgb[7], 0);

@@ -207,7 +207,7 @@ TEST_F(SimBackendTest, WhatIsHeldIsNotTouchedAndTheSequenceShowsTheLoss) {
   ASSERT_TRUE(camera->open().ok());
   Collector sink;
   ASSERT_TRUE(camera->start(sink).ok());
-  const int limit = frames_to_lend(1);
+  const int limit = required_buffer_count(1);
   EXPECT_TRUE(sink.wait_for(limit));
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   EXPECT_EQ(sink.pushed(), limit) << "no more than it may lend";
@@ -264,7 +264,7 @@ class Reluctant final : public FrameSink {
     (--room_ >= 0 ? pushed : unasked) += 1;
     full_.notify_all();
   }
-  [[nodiscard]] bool wait_for_room(std::stop_token stop) override {
+  [[nodiscard]] bool wait_for_space(std::stop_token stop) override {
     std::unique_lock lock(mutex_);
     return full_.wait(lock, stop, [this] {
       waiting_ |= room_ <= 0;
@@ -304,7 +304,7 @@ TEST_F(SimBackendTest, AJudgeRecomputesEveryFrame) {
   const auto camera = made("rig=equirect&turn=300deg/s&switch=20ms&ring=16");
   ASSERT_TRUE(camera->open().ok());
   const auto& sim = dynamic_cast<const SimBackend&>(*camera);
-  EXPECT_FALSE(sim.cleaning().any());
+  EXPECT_FALSE(sim.sanitize_counts().any());
   Collector sink;
   sink.keep(3);
   ASSERT_TRUE(camera->start(sink).ok());

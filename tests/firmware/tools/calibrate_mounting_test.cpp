@@ -16,7 +16,7 @@
 #include "firmware/tools/calibrate_words.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_calibrate/mounting_command.hpp"
-#include "tools/lightwell_calibrate/room_tags.hpp"
+#include "tools/lightwell_calibrate/world_tags.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -41,7 +41,7 @@ struct Room {
     calibration = folder.write("rig.textproto", calibration_to_text(rig));
     std::string csv = "# tags on four walls\nid,size_m,tx,ty,tz,qx,qy,qz,qw\n";
     std::vector<test::PlacedBoard> boards;
-    for (const TagInRoom& tag : test::tags_on_walls()) {
+    for (const WorldTag& tag : test::tags_on_walls()) {
       const Vec3d t = tag.world_tag.translation;
       const Quat q = tag.world_tag.rotation;
       csv += std::to_string(tag.id);
@@ -199,11 +199,11 @@ TEST(MountingCommand, WrongUsageIsTwoAndWrongInputIsOne) {
 TEST(RoomTags, AMistakeInTheListNamesItsLine) {
   const std::string head = "family,id,size_m,tx,ty,tz,qx,qy,qz,qw\n";
   const auto refused = [](const std::string& text) {
-    const auto tags = parse_room_tags(text, "room.csv");
+    const auto tags = parse_world_tags(text, "room.csv");
     EXPECT_FALSE(tags) << text;
     return tags.ok() ? "accepted" : tags.status().message();
   };
-  const auto good = parse_room_tags(head + "\n# by the door\ntagStandard41h12, 4, 0.1, 1,2,3, 0,1,0,0\r\n", "room.csv");
+  const auto good = parse_world_tags(head + "\n# by the door\ntagStandard41h12, 4, 0.1, 1,2,3, 0,1,0,0\r\n", "room.csv");
   ASSERT_TRUE(good) << good.status().message();
   EXPECT_EQ((*good)[0].family, TagFamily::tagStandard41h12);
   EXPECT_EQ((*good)[0].world_tag.translation, (Vec3d{1, 2, 3}));

@@ -26,7 +26,7 @@ TEST(Labels, OfACrowdDoNotOverlap) {
   std::vector<Label> labels;
   for (int i = 0; i < 40; ++i) labels.push_back({{"label " + std::to_string(i)}, {x(random), y(random)}});
   const Box room{0, 0, 1000, 600};
-  const std::vector<Placed> placed = place_labels(labels, room, {});
+  const std::vector<LabelPlacement> placed = place_labels(labels, room, {});
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const Box& a = placed[i].box;
     EXPECT_TRUE(a.x >= 0 && a.y >= 0 && a.x + a.width <= 1000 && a.y + a.height <= 600) << i;
@@ -36,7 +36,7 @@ TEST(Labels, OfACrowdDoNotOverlap) {
 
 TEST(Labels, StandBesideAPointThatHasRoom) {
   const std::vector<Label> one = {{{"alone"}, {100, 100}}};
-  const Placed p = place_labels(one, {0, 0, 200, 200}, {}).front();
+  const LabelPlacement p = place_labels(one, {0, 0, 200, 200}, {}).front();
   EXPECT_LT(std::hypot(p.leader_end.x - 100, p.leader_end.y - 100), 15);
 }
 

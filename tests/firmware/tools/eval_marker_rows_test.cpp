@@ -38,10 +38,10 @@ std::string with(std::string line, const std::string& part, const std::string& i
   return line.replace(line.find(part), part.size(), instead);
 }
 
-MarkerRow row(const std::string& what, double ms, double rms, MarkerKnob knob = MarkerKnob::faces) {
+MarkerRow row(const std::string& what, double ms, double rms, MarkerSweepParameter parameter = MarkerSweepParameter::faces) {
   MarkerRow r;
   r.what = what;
-  r.knob = knob;
+  r.parameter = parameter;
   r.width = 640;
   r.height = 480;
   r.ms = ms;
@@ -55,7 +55,7 @@ TEST(MarkerRows, AreReadFieldByField) {
   ASSERT_EQ(rows->size(), 2U);
   const MarkerRow &usual = rows->at(0), &none = rows->at(1);
   EXPECT_EQ(usual.what, "default");
-  EXPECT_EQ(usual.knob, MarkerKnob::setting);
+  EXPECT_EQ(usual.parameter, MarkerSweepParameter::setting);
   EXPECT_EQ(usual.width, 640);
   EXPECT_EQ(usual.height, 480);
   EXPECT_EQ(usual.ms, 10);
@@ -67,7 +67,7 @@ TEST(MarkerRows, AreReadFieldByField) {
   EXPECT_EQ(usual.worst_direction_deg, 2.5);
   EXPECT_EQ(usual.flagged, 0.05);
   EXPECT_EQ(usual.unanswered, 0);
-  EXPECT_EQ(none.knob, MarkerKnob::order);
+  EXPECT_EQ(none.parameter, MarkerSweepParameter::order);
   EXPECT_EQ(none.ms, 7);
   EXPECT_EQ(none.ms_first, 10);
   EXPECT_FALSE(none.direction_deg) << "without lamps there is no direction";
@@ -134,7 +134,7 @@ TEST(MarkerFront, WhoIsSometimesFarOffOrNotSureBeatsNobodyByItsMedian) {
 }
 
 TEST(MarkerTable, SaysWhoBeatsTheDefault) {
-  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerKnob::setting), row("4 faces", 12, 0.04)};
+  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting), row("4 faces", 12, 0.04)};
   mark_front(rows);
   EXPECT_THAT(marker_table_of(rows), AllOf(HasSubstr("| default"), HasSubstr("default: on the measured front")));
   rows[1].ms = 5, rows[1].rms = 0.02;
@@ -144,7 +144,7 @@ TEST(MarkerTable, SaysWhoBeatsTheDefault) {
 }
 
 TEST(MarkerJson, StandsBesideTheOtherRowsAndIsTheSameNumbers) {
-  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerKnob::setting)};
+  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting)};
   mark_front(rows);
   const std::string json = json_of({}, {{"city"}, 5, false}, rows);
   EXPECT_THAT(json, AllOf(HasSubstr("\"marker\": [\n{\"what\": \"default\", \"knob\": \"setting\", \"width\": 640"),
@@ -157,7 +157,7 @@ TEST(MarkerJson, StandsBesideTheOtherRowsAndIsTheSameNumbers) {
 }
 
 TEST(MarkerChart, IsOnePanelMoreWithAMarkForEachCaseThatAnswered) {
-  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerKnob::setting), row("4 faces", 12, 0.04),
+  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting), row("4 faces", 12, 0.04),
                                  row("1 face", 8, 0.1)};
   rows[2].rms.reset();
   const eval::Run run{{"city"}, 5, false};

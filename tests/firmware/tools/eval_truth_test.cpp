@@ -6,7 +6,7 @@
 #include "reference/bright_region.hpp"
 #include "reference/ggx.hpp"
 #include "reference/irradiance.hpp"
-#include "tools/lightwell_eval/truth.hpp"
+#include "tools/lightwell_eval/ground_truth.hpp"
 
 namespace lightwell::eval {
 namespace {
@@ -31,7 +31,7 @@ class TruthTest : public ::testing::Test {
   static ref::V3 v3(Vec3d d) { return {d.x, d.y, d.z}; }
 
   sim::Panorama panorama_;
-  Truth truth_;
+  GroundTruth truth_;
   ref::Panorama oracle_;
 };
 
@@ -70,7 +70,7 @@ TEST_F(TruthTest, ReflectionsAreTheOracles) {
 }
 
 TEST(TruthOfDarkness, HasNoBrightestRegion) {
-  const Truth truth("dark", sim::from_function(32, [](Vec3d) { return Radiance{}; }));
+  const GroundTruth truth("dark", sim::from_function(32, [](Vec3d) { return Radiance{}; }));
   EXPECT_EQ(truth.peak_to_mean(), 0);
 }
 

@@ -38,14 +38,14 @@ class CommandsTest : public ::testing::Test {
       return uri == "bad" ? Status(StatusCode::not_found, "no such scene") : Status();
     };
   }
-  std::string say(const std::string& line) { return carry_out(line, subject_, {5'000'000'000}); }
+  std::string say(const std::string& line) { return execute_command(line, subject_, {5'000'000'000}); }
 
   bench::KnownSource source_;
   FrameLog log_;
   Device device_{{.stream = {}, .offer = offer_for("single"), .payload_bytes = 0, .identity = {}}, source_, log_};
   FakeCable cable_;
   bench::VideoHost host_{100000, 16384};
-  Subject subject_;
+  CommandTargets subject_;
   std::string scene_;
 };
 

@@ -35,7 +35,7 @@ unsigned dword(const Block& b, std::size_t at) { return word(b, at) | word(b, at
 
 class Descriptors : public ::testing::TestWithParam<const char*> {
  protected:
-  Offer offer_ = offer_for(GetParam());
+  SupportedFormats offer_ = offer_for(GetParam());
   std::vector<Block> blocks_ = blocks(configuration_descriptor(offer_));
 };
 

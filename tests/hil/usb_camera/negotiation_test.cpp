@@ -24,7 +24,7 @@ class NegotiationTest : public ::testing::Test {
 };
 
 TEST_F(NegotiationTest, EveryFormatSizeAndRateCanBeHad) {
-  const Offer& offer = n_.offer();
+  const SupportedFormats& offer = n_.offer();
   for (std::uint8_t f = 1; f <= offer.encodings.size(); ++f) {
     for (std::uint8_t s = 1; s <= offer.sizes.size(); ++s) {
       for (const int rate : offer.rates) {

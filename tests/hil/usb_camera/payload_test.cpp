@@ -22,7 +22,7 @@ TEST_P(Cutting, GivesTheFrameBack) {
   const auto [frame, asked, transfer] = GetParam();
   const auto payload = static_cast<std::uint32_t>(asked == 0 ? frame + 12 : asked);
   const std::vector<std::byte> picture = bytes(frame);
-  PayloadCutter cutter({std::span(picture)}, payload, {true, false, 0xCAFE1234});
+  PayloadSplitter cutter({std::span(picture)}, payload, {true, false, 0xCAFE1234});
   EXPECT_FALSE(cutter.begun());
   bench::VideoHost host(payload, transfer);
   Bytes out;
@@ -56,7 +56,7 @@ INSTANTIATE_TEST_SUITE_P(Sizes, Cutting,
 TEST(CuttingShortFrames, EndsALastPayloadThatFillsItsTransfersWithAnEmptyOne) {
   // Of motion JPEG: the agreed payload is longer than this frame, which ends where its transfer ends.
   const std::vector<std::byte> picture = bytes(1024 - 12);
-  PayloadCutter cutter({std::span(picture)}, 5000, {});
+  PayloadSplitter cutter({std::span(picture)}, 5000, {});
   Bytes out;
   cutter.fill(1024, {}, out);
   EXPECT_EQ(out.size(), 1024U);
@@ -69,7 +69,7 @@ TEST(CuttingShortFrames, EndsALastPayloadThatFillsItsTransfersWithAnEmptyOne) {
 TEST(CuttingParts, LeavesOutWhatLiesBetween) {
   const std::vector<std::byte> picture = bytes(3000);
   const std::span<const std::byte> all(picture);
-  PayloadCutter cutter({all.first(1000), all.last(1000)}, 4000, {false, true, 0});
+  PayloadSplitter cutter({all.first(1000), all.last(1000)}, 4000, {false, true, 0});
   bench::VideoHost host(4000, 512);
   Bytes out;
   while (!cutter.done()) {

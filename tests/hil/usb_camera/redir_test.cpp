@@ -30,7 +30,7 @@ class RedirTest : public ::testing::Test {
     options.offer = offer_for("single");
     options.stream.pace = pace;
     device_ = std::make_unique<Device>(options, source_, log_);
-    Subject subject;
+    CommandTargets subject;
     subject.device = device_.get();
     subject.log = &log_;
     Result<std::unique_ptr<Server>> server = Server::open({folder_.path("redir"), folder_.path("control")}, subject);
@@ -231,7 +231,7 @@ TEST_F(RedirTest, AGuestThatAsksAndNeverFetchesIsHeldUp) {
     return at == std::string::npos ? 0UL : std::stoul(counters.substr(at + 10));
   };
   unsigned long before = 0, now = 0;
-  EXPECT_TRUE(test::comes_true("the flood stands still", [&] {
+  EXPECT_TRUE(test::becomes_true("the flood stands still", [&] {
     before = std::exchange(now, setups());
     return now > 0 && now == before;
   }));
@@ -265,13 +265,13 @@ TEST_F(RedirTest, ClientsOfTheControlSocketAreBounded) {
   const std::string endless(100'000, 'x');
   for (const FileDescriptor& client : clients)
     (void)::send(client.get(), endless.data(), endless.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-  EXPECT_TRUE(test::comes_true("lines without end are hung up on, and others are served", [&] {
+  EXPECT_TRUE(test::becomes_true("lines without end are hung up on, and others are served", [&] {
     return say(R"({"command": "status"})").find(R"("ok": true)") != std::string::npos;
   }));
 }
 
 TEST_F(RedirTest, ASecondCameraCannotHaveTheSameSocket) {
-  Subject subject;
+  CommandTargets subject;
   subject.device = device_.get();
   subject.log = &log_;
   const auto second = Server::open({folder_.path("redir"), ""}, subject);

@@ -59,7 +59,7 @@ class SceneSourceTest : public ::testing::Test {
   /// A picture, waited for.
   static Picture rendered(SceneSource& source, std::uint64_t number, const SensorSettings& settings) {
     Picture picture;
-    EXPECT_TRUE(test::comes_true("the picture is rendered",
+    EXPECT_TRUE(test::becomes_true("the picture is rendered",
                                  [&] { return (picture = source.picture(number, settings)) != nullptr; }));
     return picture;
   }
@@ -76,7 +76,7 @@ class SceneSourceTest : public ::testing::Test {
     Frames frames;
     frames.lens = static_cast<std::size_t>(lens);
     ASSERT_TRUE((*camera)->start(frames).ok());
-    EXPECT_TRUE(test::comes_true("nine frames", [&] { return frames.count() >= kFrames; }));
+    EXPECT_TRUE(test::becomes_true("nine frames", [&] { return frames.count() >= kFrames; }));
     (*camera)->stop();
 
     const std::unique_ptr<SceneSource> source = open(parameters, lens);

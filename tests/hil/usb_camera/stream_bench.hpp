@@ -17,7 +17,7 @@ class StreamBench {
       : stream({.pace = pace, .control_latency = latency, .stamp = stamp, .ahead = 4}, source, log) {}
 
   void arm(Encoding encoding = Encoding::yuyv, int rate = 100) {
-    Agreement agreed;
+    NegotiatedFormat agreed;
     agreed.format = {encoding, {160, 120}, rate};
     agreed.frame_bytes = static_cast<std::uint32_t>(largest_frame(encoding, {160, 120}));
     agreed.payload_bytes = agreed.frame_bytes + 12;

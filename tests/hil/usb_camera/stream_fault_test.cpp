@@ -113,7 +113,7 @@ TEST_P(Fault, WhatIsCutOffIsAborted) {
   bench.stream.reset();
   ASSERT_EQ(bench.log.count(Outcome::aborted), 1U);
   EXPECT_EQ(bench.log.records().back().sent, 16384U - 12);
-  EXPECT_FALSE(bench.stream.agreement());
+  EXPECT_FALSE(bench.stream.negotiated_format());
   bench.run(100);
   EXPECT_EQ(bench.log.records().size(), 1U) << "nothing without a new commit";
 }

@@ -259,10 +259,10 @@ TEST(Stream, ACancelledTransferIsAnsweredOnce) {
 TEST(Stream, TransfersAreBounded) {
   StreamBench bench(Pace::rate);
   for (std::uint64_t id = 0; id < 1000; ++id) bench.stream.submit(id, 512, bench.host);
-  EXPECT_EQ(bench.stream.waiting_transfers(), Stream::kMostTransfers);
-  EXPECT_EQ(bench.host.count(TransferStatus::refused), 1000 - static_cast<int>(Stream::kMostTransfers));
+  EXPECT_EQ(bench.stream.waiting_transfers(), Stream::kMaxTransfers);
+  EXPECT_EQ(bench.host.count(TransferStatus::refused), 1000 - static_cast<int>(Stream::kMaxTransfers));
   StreamBench other(Pace::rate);
-  other.stream.submit(1, Stream::kLongestTransfer + 1, other.host);
+  other.stream.submit(1, Stream::kMaxTransferBytes + 1, other.host);
   EXPECT_EQ(other.host.count(TransferStatus::refused), 1);
 }
 

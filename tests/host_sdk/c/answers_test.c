@@ -8,7 +8,7 @@
 
 #include "check.h"
 
-static const int64_t kPatience = 60000000000;
+static const int64_t kTestTimeout = 60000000000;
 
 /* Same bits as a text of nine digits tells them. */
 static int same(const float* got, const double* expected) {
@@ -51,11 +51,11 @@ static void play(const char* recording, lw_lighting* into) {
   if (status != LW_OK) fprintf(stderr, "%s\n", lw_last_error(NULL));
   CHECK(status == LW_OK);
   if (status != LW_OK) return;
-  status = lw_probe_wait_for_next(probe, NULL, kPatience, into);
+  status = lw_probe_wait_for_next(probe, NULL, kTestTimeout, into);
   while (status == LW_OK) {
     CHECK(lw_lighting_get_info(into, &info) == LW_OK);
     seen = info.sequence;
-    status = lw_probe_wait_for_next(probe, &seen, kPatience, into);
+    status = lw_probe_wait_for_next(probe, &seen, kTestTimeout, into);
   }
   CHECK(status == LW_FAILED_PRECONDITION);
   CHECK(strstr(lw_last_error(&length), "ended") != NULL && length > 0);

@@ -56,7 +56,7 @@ int lowest_tag(const MarkerBody& body) {
 }
 
 /// AZIMUTH,ELEVATION,DISTANCE,LIGHT or ...,R,G,B; nothing for what is neither.
-std::vector<double> numbers_of(const std::string& text) {
+std::vector<double> parameters_of(const std::string& text) {
   std::vector<double> out;
   std::istringstream in(text);
   for (std::string one; std::getline(in, one, ',');) {
@@ -73,7 +73,7 @@ MarkerScene scene_of(const MarkerBody& body, const MarkerStage& stage, const Wis
   scene.probe_body = stage.probe_body();
   scene.ambient = even_ambient({w.ambient, w.ambient, w.ambient});
   for (const std::string& text : w.lamps) {
-    const std::vector<double> l = numbers_of(text);
+    const std::vector<double> l = parameters_of(text);
     const std::size_t colour = l.size() == 6 ? 1 : 0;
     const Rgb light{l[3], l[3 + colour], l[3 + 2 * colour]};
     if (l[2] > 0)
@@ -181,7 +181,7 @@ int main(int argc, char** argv) {
          "Again for more lamps [30,45,0,1]")
       ->allow_extra_args(false)
       ->check([](const std::string& text) {
-        return numbers_of(text).empty() ? "'" + text + "' is not AZIMUTH,ELEVATION,DISTANCE,LIGHT" : std::string();
+        return parameters_of(text).empty() ? "'" + text + "' is not AZIMUTH,ELEVATION,DISTANCE,LIGHT" : std::string();
       });
   app.add_option("--lamp-radius", w.lamp_radius_m, "Of near lamps, m: penumbras [0]")->check(range(0, 10));
   app.add_option("--ambient", w.ambient, "Radiance from everywhere [0.05]")->check(range(0, 1e9));

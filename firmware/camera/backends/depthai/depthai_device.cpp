@@ -100,7 +100,7 @@ Result<std::string> DepthaiDevice::connect(const OakOptions& options) {
   }
 }
 
-bool DepthaiDevice::ask(std::uint32_t exposure_us, std::uint32_t iso) {
+bool DepthaiDevice::set_exposure(std::uint32_t exposure_us, std::uint32_t iso) {
   if (!running_) return false;
   try {
     auto control = std::make_shared<dai::CameraControl>();
@@ -112,12 +112,12 @@ bool DepthaiDevice::ask(std::uint32_t exposure_us, std::uint32_t iso) {
   }
 }
 
-OakDevice::Next DepthaiDevice::wait(OakPicture& picture, std::chrono::milliseconds patience) {
-  if (!running_) return Next::gone;
+OakDevice::WaitResult DepthaiDevice::wait(OakPicture& picture, std::chrono::milliseconds timeout) {
+  if (!running_) return WaitResult::gone;
   try {
     bool timed_out = false;
-    const auto frame = running_->frames->get<dai::ImgFrame>(patience, timed_out);
-    if (!frame) return running_->device->isClosed() || running_->frames->isClosed() ? Next::gone : Next::nothing;
+    const auto frame = running_->frames->get<dai::ImgFrame>(timeout, timed_out);
+    if (!frame) return running_->device->isClosed() || running_->frames->isClosed() ? WaitResult::gone : WaitResult::nothing;
     const auto data = std::as_const(*frame).getData();
     picture.holder = frame;
     picture.data = std::as_bytes(std::span<const std::uint8_t>(data.data(), data.size()));
@@ -125,14 +125,14 @@ OakDevice::Next DepthaiDevice::wait(OakPicture& picture, std::chrono::millisecon
     picture.height = static_cast<int>(frame->getHeight());
     picture.stride = frame->getStride();
     picture.plane_stride = frame->getPlaneStride(0);
-    picture.stamp_ns =
+    picture.timestamp_ns =
         std::chrono::nanoseconds(frame->getTimestamp(dai::CameraExposureOffset::END).time_since_epoch()).count();
     picture.sequence = frame->getSequenceNum();
     picture.exposure_us = static_cast<std::uint32_t>(std::max<std::int64_t>(0, frame->getExposureTime().count()));
     picture.iso = static_cast<std::uint32_t>(std::max(0, frame->getSensitivity()));
-    return Next::picture;
+    return WaitResult::picture;
   } catch (const std::exception&) {
-    return Next::gone;
+    return WaitResult::gone;
   }
 }
 

@@ -17,8 +17,8 @@ class DepthaiDevice final : public OakDevice {
 
   [[nodiscard]] Result<std::string> connect(const OakOptions& options) override;
   void disconnect() override;
-  [[nodiscard]] bool ask(std::uint32_t exposure_us, std::uint32_t iso) override;
-  [[nodiscard]] Next wait(OakPicture& picture, std::chrono::milliseconds patience) override;
+  [[nodiscard]] bool set_exposure(std::uint32_t exposure_us, std::uint32_t iso) override;
+  [[nodiscard]] WaitResult wait(OakPicture& picture, std::chrono::milliseconds timeout) override;
 
  private:
   struct Running;  ///< depthai's own; its headers stay in the source.

@@ -14,13 +14,13 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-constexpr milliseconds kFirstFrame{5000};
+constexpr milliseconds kFirstFrameTimeout{5000};
 constexpr milliseconds kTick{100};
-constexpr milliseconds kRetry{1000};
+constexpr milliseconds kReconnectPeriod{1000};
 /// A device that is connected and gives nothing for so long is connected anew.
-constexpr milliseconds kSilence{3000};
+constexpr milliseconds kFrameTimeout{3000};
 /// Frames that an exposure may take to come into force, and how many it takes in a bracket.
-constexpr int kMostFrames = 30, kFramesToReport = 5;
+constexpr int kMaxSettleFrames = 30, kFramesToReport = 5;
 constexpr int kFramesForRate = 8;
 
 ProbeTime now() { return {monotonic_now_ns()}; }
@@ -47,11 +47,11 @@ Result<CameraInfo> OakBackend::open() {
   info_.notes = options_.notes;
   if (options_.row_readout.ns == 0)
     info_.notes.emplace_back("rows are taken to be exposed at once; where the shutter rolls, say readout=");
-  if (Status s = learn(); !s.ok()) {
+  if (Status s = measure_stream(); !s.ok()) {
     device_->disconnect();
     return Status(s.code(), "depthai: " + s.message());
   }
-  const int lendable = frames_to_lend(static_cast<int>(info_.exposure_s.size()));
+  const int lendable = required_buffer_count(static_cast<int>(info_.exposure_s.size()));
   slots_.resize(static_cast<std::size_t>(lendable));
   free_.reserve(slots_.size());
   returned_.reserve(slots_.size());
@@ -78,26 +78,26 @@ Status OakBackend::check(const OakPicture& picture) const {
   return {};
 }
 
-Status OakBackend::learn() {
+Status OakBackend::measure_stream() {
   OakPicture picture, first;
   int frames = 0;
   const auto next = [&]() -> Status {
-    if (device_->wait(picture, kFirstFrame) != OakDevice::Next::picture)
+    if (device_->wait(picture, kFirstFrameTimeout) != OakDevice::WaitResult::picture)
       return {StatusCode::unavailable, "no frame came within 5 s: is its cable good, and a USB 3 one?"};
     if (Status s = check(picture); !s.ok()) return s;
     if (frames++ == 0) first = picture;
     return {};
   };
   for (const std::uint32_t asked : options_.exposure_us) {
-    if (!device_->ask(asked, options_.iso)) return {StatusCode::unavailable, "it went away"};
+    if (!device_->set_exposure(asked, options_.iso)) return {StatusCode::unavailable, "it went away"};
     int tries = 0;
     do {
       if (Status s = next(); !s.ok()) return s;
-    } while (!alike(picture.exposure_us, asked) && tries++ < kMostFrames);
+    } while (!alike(picture.exposure_us, asked) && tries++ < kMaxSettleFrames);
     if (!alike(picture.exposure_us, asked))
       return {StatusCode::failed_precondition,
               "asked for an exposure of " + ms_text(asked) + " it says " + ms_text(picture.exposure_us) + " after " +
-                  std::to_string(kMostFrames) + " frames: ask for one that it can do at this frame rate"};
+                  std::to_string(kMaxSettleFrames) + " frames: ask for one that it can do at this frame rate"};
     info_.exposure_s.push_back(1e-6 * picture.exposure_us);
   }
   while (frames < kFramesForRate)
@@ -105,7 +105,7 @@ Status OakBackend::learn() {
   if (!mid_exposure(picture, options_.row_readout, now()))
     return {StatusCode::failed_precondition,
             "its timestamps are not of this host's clock: is time synchronisation off?"};
-  const std::int64_t passed = picture.stamp_ns - first.stamp_ns, numbers = picture.sequence - first.sequence;
+  const std::int64_t passed = picture.timestamp_ns - first.timestamp_ns, numbers = picture.sequence - first.sequence;
   interval_ = passed > 0 && numbers > 0 ? Duration{passed / numbers} : Duration::from_seconds(1 / options_.frame_rate);
   info_.frame_rate = 1 / interval_.seconds();
   if (info_.exposure_s.size() > 1) info_.frame_rate /= kFramesToReport;
@@ -155,51 +155,51 @@ std::optional<int> OakBackend::free_slot() {
   return slot;
 }
 
-void OakBackend::ask_turn() {
-  if (device_->ask(options_.exposure_us[static_cast<std::size_t>(held_->index())], options_.iso)) held_->told(now());
+void OakBackend::request_next_exposure() {
+  if (device_->set_exposure(options_.exposure_us[static_cast<std::size_t>(held_->index())], options_.iso)) held_->told(now());
 }
 
 void OakBackend::discard_waiting() {
   OakPicture picture;
-  while (device_->wait(picture, milliseconds(0)) == OakDevice::Next::picture) {
+  while (device_->wait(picture, milliseconds(0)) == OakDevice::WaitResult::picture) {
   }
 }
 
 void OakBackend::run(FrameSink& sink) {
   // What has gathered since the last run is old.
   discard_waiting();
-  ask_turn();
+  request_next_exposure();
   Clock::time_point heard = Clock::now();
   OakPicture picture;
   while (!stopping()) {
-    const OakDevice::Next next = device_->wait(picture, kTick);
+    const OakDevice::WaitResult next = device_->wait(picture, kTick);
     const Clock::time_point woken = Clock::now();
-    if (next == OakDevice::Next::picture) {
+    if (next == OakDevice::WaitResult::picture) {
       heard = woken;
       handle(std::exchange(picture, {}), sink);
       // The sink was slow: a camera would not have waited for it either.
       if (Clock::now() - woken > std::chrono::nanoseconds(2 * interval_.ns)) discard_waiting();
-    } else if (next == OakDevice::Next::gone || woken - heard > kSilence) {
-      if (!come_back()) return;
+    } else if (next == OakDevice::WaitResult::gone || woken - heard > kFrameTimeout) {
+      if (!reconnect()) return;
       heard = Clock::now();
     }
   }
 }
 
-bool OakBackend::come_back() {
+bool OakBackend::reconnect() {
   state_ = State::lost;
   device_->disconnect();
   while (true) {
     {
       std::unique_lock lock(mutex_);
-      if (wake_.wait_for(lock, kRetry, [this] { return stopping_; })) return false;
+      if (wake_.wait_for(lock, kReconnectPeriod, [this] { return stopping_; })) return false;
     }
     if (!device_->connect(options_).ok()) continue;
     // The device counts anew.
     cycle_->restart();
     held_->restart();
     last_sequence_ = -1;
-    ask_turn();
+    request_next_exposure();
     state_ = State::streaming;
     return true;
   }
@@ -243,7 +243,7 @@ void OakBackend::handle(OakPicture picture, FrameSink& sink) {
   info.delivered = now();
   // An unpacked frame's own memory has done its work.
   if (!raw) held.picture = std::move(picture);
-  if (bracket) ask_turn();
+  if (bracket) request_next_exposure();
   sink.push(std::move(frame));
 }
 

@@ -38,15 +38,15 @@ class OakBackend final : public CameraBackend, public FrameOwner {
     std::vector<std::uint16_t> words;  ///< Of raw pictures.
   };
 
-  [[nodiscard]] Status learn();
+  [[nodiscard]] Status measure_stream();
   [[nodiscard]] Status check(const OakPicture& picture) const;
   void run(FrameSink& sink);
   [[nodiscard]] bool stopping();
   void discard_waiting();
-  [[nodiscard]] bool come_back();
+  [[nodiscard]] bool reconnect();
   void handle(OakPicture picture, FrameSink& sink);
   [[nodiscard]] std::optional<int> free_slot();
-  void ask_turn();
+  void request_next_exposure();
 
   const OakOptions options_;
   const std::unique_ptr<OakDevice> device_;

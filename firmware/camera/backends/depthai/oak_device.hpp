@@ -24,11 +24,11 @@ class OakDevice {
   virtual void disconnect() = 0;
 
   /// Exposure and gain from now on; they come some frames later. False where the device is gone.
-  [[nodiscard]] virtual bool ask(std::uint32_t exposure_us, std::uint32_t iso) = 0;
+  [[nodiscard]] virtual bool set_exposure(std::uint32_t exposure_us, std::uint32_t iso) = 0;
 
-  enum class Next : std::uint8_t { picture, nothing, gone };
+  enum class WaitResult : std::uint8_t { picture, nothing, gone };
   /// The next frame. Where nobody asks, the newest few are kept.
-  [[nodiscard]] virtual Next wait(OakPicture& picture, std::chrono::milliseconds patience) = 0;
+  [[nodiscard]] virtual WaitResult wait(OakPicture& picture, std::chrono::milliseconds timeout) = 0;
 };
 
 }  // namespace lightwell::oak

@@ -13,8 +13,8 @@ namespace lightwell::oak {
 namespace {
 
 // Of CameraControl::setManualExposure() and setManualWhiteBalance(), as depthai-core documents them.
-constexpr double kLeastIso = 100, kMostIso = 1600;
-constexpr double kLeastWhite_k = 1000, kMostWhite_k = 12'000;
+constexpr double kMinIso = 100, kMaxIso = 1600;
+constexpr double kMinWhiteBalance_k = 1000, kMaxWhiteBalance_k = 12'000;
 constexpr double kDefault_us = 8000;
 
 Status bad(const std::string& what) { return {StatusCode::invalid_argument, "depthai: " + what}; }
@@ -40,7 +40,7 @@ Status set_parameter(OakOptions& options, const std::string& key, const std::str
   }
   if (key == "white") {
     const Result<double> kelvin = uri_quantity(value, {{"K", 1}});
-    if (!kelvin || *kelvin < kLeastWhite_k || *kelvin > kMostWhite_k)
+    if (!kelvin || *kelvin < kMinWhiteBalance_k || *kelvin > kMaxWhiteBalance_k)
       return bad("white=" + value + ": a colour temperature, 1000K to 12000K");
     options.white_balance_k = static_cast<int>(std::lround(*kelvin));
     return {};
@@ -93,7 +93,7 @@ Result<OakOptions> parse_options(const CameraUri& uri, const CameraConfig& confi
   if (!(config.gain > 0) || !std::isfinite(config.gain)) return bad("camera.gain must be above zero");
   if (!config.exposure_s.empty())
     if (const Status s = check_exposures(config.exposure_s); !s.ok()) return bad("camera." + s.message());
-  const double iso = std::clamp(std::round(100 * config.gain), kLeastIso, kMostIso);
+  const double iso = std::clamp(std::round(100 * config.gain), kMinIso, kMaxIso);
   options.iso = static_cast<std::uint32_t>(iso);
   if (std::abs(iso - 100 * config.gain) > config.gain)
     options.notes.push_back("gain " + text_of(config.gain) + " becomes " + text_of(options.gain()) +

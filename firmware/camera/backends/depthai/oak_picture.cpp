@@ -5,9 +5,9 @@
 namespace lightwell::oak {
 
 std::optional<ProbeTime> mid_exposure(const OakPicture& picture, Duration row_readout, ProbeTime now) {
-  constexpr Duration kOldest = Duration::from_seconds(5);
-  const ProbeTime stamp{picture.stamp_ns};
-  if (stamp > now || now - stamp > kOldest) return std::nullopt;
+  constexpr Duration kMaxAge = Duration::from_seconds(5);
+  const ProbeTime stamp{picture.timestamp_ns};
+  if (stamp > now || now - stamp > kMaxAge) return std::nullopt;
   const Duration half_exposure{std::int64_t{500} * picture.exposure_us};
   return stamp - half_exposure + Duration{row_readout.ns * picture.height / 2};
 }

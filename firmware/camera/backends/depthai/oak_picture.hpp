@@ -19,7 +19,7 @@ struct OakPicture {
   int width = 0, height = 0;
   std::size_t stride = 0;        ///< Bytes from row to row.
   std::size_t plane_stride = 0;  ///< From the first plane to the second.
-  std::int64_t stamp_ns = 0;     ///< End of the first row's exposure, host-synchronised: CLOCK_MONOTONIC on Linux.
+  std::int64_t timestamp_ns = 0;     ///< End of the first row's exposure, host-synchronised: CLOCK_MONOTONIC on Linux.
   std::int64_t sequence = 0;
   std::uint32_t exposure_us = 0;  ///< In force; 0 where the device does not say.
   std::uint32_t iso = 0;

@@ -19,28 +19,28 @@ std::size_t number_in(const std::string& name) {
 }
 
 /// A second manager must not begin before the first has ended, which may be on another thread.
-struct Life {
+struct ManagerLifetime {
   std::mutex mutex;
   std::condition_variable gone;
   bool alive = false;
   std::weak_ptr<CameraSystem> running;
 };
-Life& life_of_manager() {
+ManagerLifetime& manager_lifetime() {
   // Never destroyed: a backend may outlive static objects.
-  static Life& life = *new Life;
-  return life;
+  static ManagerLifetime& lifetime = *new ManagerLifetime;
+  return lifetime;
 }
 
 /// Libraries do not log: what matters is said by a status. Who sets one of libcamera's own variables wants to hear all
 /// the same. Its levels can only be set once it has begun to talk, so that it is silent while it starts.
-class Silence {
+class ScopedLogSilencer {
  public:
-  Silence() : wanted_(std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr && std::getenv("LIBCAMERA_LOG_FILE") == nullptr) {
+  ScopedLogSilencer() : wanted_(std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr && std::getenv("LIBCAMERA_LOG_FILE") == nullptr) {
     if (wanted_) (void)::libcamera::logSetTarget(::libcamera::LoggingTargetNone);
   }
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
-  ~Silence() {
+  ScopedLogSilencer(const ScopedLogSilencer&) = delete;
+  ScopedLogSilencer& operator=(const ScopedLogSilencer&) = delete;
+  ~ScopedLogSilencer() {
     if (!wanted_) return;
     (void)::libcamera::logSetStream(&std::cerr);
     ::libcamera::logSetLevel("Camera", "ERROR");
@@ -53,16 +53,16 @@ class Silence {
 }  // namespace
 
 Result<std::shared_ptr<CameraSystem>> CameraSystem::get() {
-  Life& life = life_of_manager();
-  std::unique_lock lock(life.mutex);
+  ManagerLifetime& lifetime = manager_lifetime();
+  std::unique_lock lock(lifetime.mutex);
   while (true) {
-    if (std::shared_ptr<CameraSystem> system = life.running.lock()) return system;
-    if (!life.alive) break;
-    life.gone.wait(lock);
+    if (std::shared_ptr<CameraSystem> system = lifetime.running.lock()) return system;
+    if (!lifetime.alive) break;
+    lifetime.gone.wait(lock);
   }
-  const Silence while_starting;
+  const ScopedLogSilencer while_starting;
   std::unique_ptr<CameraSystem> system(new CameraSystem);
-  const auto on_change = [s = system.get()](const std::shared_ptr<::libcamera::Camera>&) { s->tell(); };
+  const auto on_change = [s = system.get()](const std::shared_ptr<::libcamera::Camera>&) { s->notify_watchers(); };
   // Connected for the manager's whole life: libcamera's signals must not be disconnected while they may be emitted.
   // A removed camera has just emitted `disconnected`; this comes right after it, for all cameras in one place.
   system->manager_.cameraAdded.connect(system.get(), on_change);
@@ -70,16 +70,16 @@ Result<std::shared_ptr<CameraSystem>> CameraSystem::get() {
   if (const int error = system->manager_.start(); error != 0)
     return Status(StatusCode::unavailable, "libcamera " + release() + " does not start: " + std::strerror(-error) +
                                                "; are /sys and /dev there, and udev?");
-  life.alive = true;
+  lifetime.alive = true;
   const auto end = [](CameraSystem* last) {
     delete last;
-    Life& l = life_of_manager();
+    ManagerLifetime& l = manager_lifetime();
     const std::lock_guard ended(l.mutex);
     l.alive = false;
     l.gone.notify_all();
   };
   std::shared_ptr<CameraSystem> shared(system.release(), end);
-  life.running = shared;
+  lifetime.running = shared;
   return shared;
 }
 
@@ -117,7 +117,7 @@ void CameraSystem::unwatch(int watcher) {
   watchers_.erase(watcher);
 }
 
-void CameraSystem::tell() {
+void CameraSystem::notify_watchers() {
   const std::lock_guard lock(mutex_);
   for (const auto& [number, changed] : watchers_) changed();
 }

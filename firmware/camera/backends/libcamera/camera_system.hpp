@@ -36,7 +36,7 @@ class CameraSystem {
 
  private:
   CameraSystem() = default;
-  void tell();
+  void notify_watchers();
 
   ::libcamera::CameraManager manager_;
   std::mutex mutex_;  ///< Guards the two below; held while watchers are told.

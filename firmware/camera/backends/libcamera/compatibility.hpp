@@ -43,13 +43,13 @@ namespace lightwell::libcam {
   return map.find(id.id()) != map.end();
 }
 
-[[nodiscard]] inline std::optional<OfferedRange> range_of(const ::libcamera::ControlInfoMap& map,
+[[nodiscard]] inline std::optional<ControlRange> range_of(const ::libcamera::ControlInfoMap& map,
                                                           const ::libcamera::ControlId& id) {
   const auto found = map.find(id.id());
   if (found == map.end()) return std::nullopt;
   const std::optional<double> min = number_of(found->second.min()), max = number_of(found->second.max());
   if (!min || !max) return std::nullopt;
-  return OfferedRange{*min, *max, number_of(found->second.def())};
+  return ControlRange{*min, *max, number_of(found->second.def())};
 }
 
 /// Whether exposure can be taken out of the camera's hands.

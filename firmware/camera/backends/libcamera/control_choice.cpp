@@ -14,19 +14,19 @@ std::string text_of(double v) {
   return text.data();
 }
 
-bool usable(const std::optional<OfferedRange>& range) {
+bool usable(const std::optional<ControlRange>& range) {
   return range && std::isfinite(range->min) && std::isfinite(range->max) && range->min <= range->max && range->max > 0;
 }
 
 /// The greatest of the steps that drivers have which divides all that the camera names.
-double exposure_step_us(const OfferedRange& range) {
+double exposure_step_us(const ControlRange& range) {
   constexpr double kUsbStep = 100;
   const auto whole = [](double v) { return std::fmod(v, kUsbStep) == 0; };
   return whole(range.min) && whole(range.max) && (!range.preset || whole(*range.preset)) ? kUsbStep : 1;
 }
 
 /// At least one step inside the range.
-double rounded_exposure_us(double us, const OfferedRange& range) {
+double rounded_exposure_us(double us, const ControlRange& range) {
   const double step = exposure_step_us(range);
   const double low = std::ceil(std::max(range.min, step) / step) * step;
   const double high = std::max(low, std::floor(std::min(range.max, 2e9) / step) * step);
@@ -36,14 +36,14 @@ double rounded_exposure_us(double us, const OfferedRange& range) {
 double interval_us(const LibcameraOptions& asked) { return asked.frame_rate > 0 ? 1e6 / asked.frame_rate : 1e6 / 30; }
 
 /// Where nobody names an exposure: the camera's own where it lies within a frame, half of a frame otherwise.
-double default_exposure_us(const OfferedControls& offered, const LibcameraOptions& asked) {
+double default_exposure_us(const SupportedControls& offered, const LibcameraOptions& asked) {
   const double half_us = interval_us(asked) / 2;
   if (usable(offered.exposure_us) && offered.exposure_us->preset && *offered.exposure_us->preset > 0)
     return std::min(*offered.exposure_us->preset, 2 * half_us);
   return std::min(10'000.0, half_us);
 }
 
-void choose_exposures(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
+void choose_exposures(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
   std::vector<double> wanted_us;
   for (const double s : asked.exposure_s) wanted_us.push_back(1e6 * s);
   if (wanted_us.empty()) {
@@ -65,12 +65,12 @@ void choose_exposures(const OfferedControls& offered, const LibcameraOptions& as
                              text_of(exposure_step_us(*offered.exposure_us) / 1000) + " ms");
     chosen.exposure_us.push_back(static_cast<std::int32_t>(taken));
   }
-  chosen.exposure_by_hand = offered.exposure_by_hand;
-  if (!offered.exposure_by_hand)
+  chosen.manual_exposure = offered.manual_exposure;
+  if (!offered.manual_exposure)
     chosen.notes.emplace_back("the camera offers no AeEnable: if it sets its exposure of itself, it goes on to");
 }
 
-void choose_gain(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
+void choose_gain(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
   if (!usable(offered.gain)) {
     chosen.notes.push_back("the camera offers no AnalogueGain: a gain of 1 is assumed" +
                            (asked.gain == 1 ? std::string() : ", not " + text_of(asked.gain)));
@@ -83,11 +83,11 @@ void choose_gain(const OfferedControls& offered, const LibcameraOptions& asked, 
                            text_of(offered.gain->min) + " to " + text_of(offered.gain->max));
 }
 
-void choose_white(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
-  chosen.white_by_hand = offered.white_by_hand;
-  if (!offered.white_by_hand) chosen.notes.emplace_back("the camera offers no AwbEnable: its white balance is its own");
+void choose_white(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
+  chosen.manual_white_balance = offered.manual_white_balance;
+  if (!offered.manual_white_balance) chosen.notes.emplace_back("the camera offers no AwbEnable: its white balance is its own");
   if (!usable(offered.colour_gain)) {
-    if (offered.white_by_hand) chosen.notes.emplace_back("the camera offers no ColourGains: they stay as they are");
+    if (offered.manual_white_balance) chosen.notes.emplace_back("the camera offers no ColourGains: they stay as they are");
     return;
   }
   std::array<float, 2> gains{};
@@ -101,7 +101,7 @@ void choose_white(const OfferedControls& offered, const LibcameraOptions& asked,
   chosen.colour_gains = gains;
 }
 
-void choose_duration(const OfferedControls& offered, const LibcameraOptions& asked, ChosenControls& chosen) {
+void choose_duration(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
   if (asked.frame_rate == 0) return;
   if (!usable(offered.duration_us)) {
     chosen.notes.emplace_back("the camera offers no FrameDurationLimits: its frame rate is its own");
@@ -121,22 +121,22 @@ void choose_duration(const OfferedControls& offered, const LibcameraOptions& ask
 
 }  // namespace
 
-std::vector<double> ChosenControls::exposure_s() const {
+std::vector<double> SelectedControls::exposure_s() const {
   std::vector<double> s;
   for (const std::int32_t us : exposure_us) s.push_back(1e-6 * us);
   return s;
 }
 
-Result<ChosenControls> choose_controls(const OfferedControls& offered, const LibcameraOptions& asked) {
+Result<SelectedControls> choose_controls(const SupportedControls& offered, const LibcameraOptions& asked) {
   if (asked.exposure_s.size() > 1 && !usable(offered.exposure_us))
     return Status(StatusCode::failed_precondition,
                   "the camera offers no ExposureTime, so that a bracket cannot be taken: leave one camera.exposure_s");
-  ChosenControls chosen;
+  SelectedControls chosen;
   choose_exposures(offered, asked, chosen);
   choose_gain(offered, asked, chosen);
   choose_white(offered, asked, chosen);
   choose_duration(offered, asked, chosen);
-  chosen.focus_by_hand = offered.focus_by_hand;
+  chosen.manual_focus = offered.manual_focus;
   return chosen;
 }
 

@@ -14,24 +14,24 @@
 namespace lightwell::libcam {
 
 /// As ControlInfo has it, in the control's own unit.
-struct OfferedRange {
+struct ControlRange {
   double min = 0, max = 0;
   std::optional<double> preset;  ///< What the camera takes of itself, where it says.
 };
 
 /// Of a camera's controls those that decide what a pixel's value means. Nothing: not offered.
-struct OfferedControls {
-  bool exposure_by_hand = false;            ///< AeEnable.
-  bool white_by_hand = false;               ///< AwbEnable.
-  bool focus_by_hand = false;               ///< AfMode.
-  std::optional<OfferedRange> exposure_us;  ///< ExposureTime.
-  std::optional<OfferedRange> gain;         ///< AnalogueGain.
-  std::optional<OfferedRange> colour_gain;  ///< ColourGains, each of the two.
-  std::optional<OfferedRange> duration_us;  ///< FrameDurationLimits.
+struct SupportedControls {
+  bool manual_exposure = false;            ///< AeEnable.
+  bool manual_white_balance = false;               ///< AwbEnable.
+  bool manual_focus = false;               ///< AfMode.
+  std::optional<ControlRange> exposure_us;  ///< ExposureTime.
+  std::optional<ControlRange> gain;         ///< AnalogueGain.
+  std::optional<ControlRange> colour_gain;  ///< ColourGains, each of the two.
+  std::optional<ControlRange> duration_us;  ///< FrameDurationLimits.
 };
 
-struct ChosenControls {
-  bool exposure_by_hand = false, white_by_hand = false, focus_by_hand = false;
+struct SelectedControls {
+  bool manual_exposure = false, manual_white_balance = false, manual_focus = false;
   bool set_exposure = false;              ///< Else the camera offers none, and exposure_us is a guess.
   std::vector<std::int32_t> exposure_us;  ///< The cycle, one entry or more.
   std::optional<float> gain;              ///< Nothing: not offered.
@@ -47,6 +47,6 @@ struct ChosenControls {
 /// Values outside a range become its ends; exposures are rounded to the steps that the range has (the pipeline for USB
 /// cameras passes on hundreds of microseconds and cuts off the rest). failed_precondition for a bracket on a camera
 /// whose exposure cannot be set.
-[[nodiscard]] Result<ChosenControls> choose_controls(const OfferedControls& offered, const LibcameraOptions& asked);
+[[nodiscard]] Result<SelectedControls> choose_controls(const SupportedControls& offered, const LibcameraOptions& asked);
 
 }  // namespace lightwell::libcam

@@ -32,14 +32,14 @@ std::optional<PixelFormat> format_of(std::uint32_t fourcc, std::uint64_t modifie
   return std::nullopt;
 }
 
-Result<std::size_t> choose_format(std::span<const OfferedFormat> offered, std::optional<PixelFormat> wanted) {
+Result<std::size_t> choose_format(std::span<const SupportedFormat> offered, std::optional<PixelFormat> wanted) {
   for (const auto& entry : kFormats) {
     if (wanted && entry.first != *wanted) continue;
     for (std::size_t i = 0; i < offered.size(); ++i)
       if (format_of(offered[i].fourcc, offered[i].modifier) == entry.first) return i;
   }
   std::string list, known;
-  for (const OfferedFormat& o : offered) {
+  for (const SupportedFormat& o : offered) {
     const std::optional<PixelFormat> ours = format_of(o.fourcc, o.modifier);
     list += (list.empty() ? "" : ", ") + o.name + (ours ? " (" + std::string(to_string(*ours)) + ")" : "");
   }

@@ -13,7 +13,7 @@
 namespace lightwell::libcam {
 
 /// libcamera names formats as DRM does.
-struct OfferedFormat {
+struct SupportedFormat {
   std::uint32_t fourcc = 0;
   std::uint64_t modifier = 0;  ///< Not zero: packed, tiled or compressed by its maker's rules.
   std::string name;            ///< As `cam --list` spells it.
@@ -25,7 +25,7 @@ struct OfferedFormat {
 
 /// Index into `offered`: the wanted format, or without a wish the first of nv12, yuyv, rgb8, then raw Bayer of most
 /// bits. failed_precondition lists what the camera offers.
-[[nodiscard]] Result<std::size_t> choose_format(std::span<const OfferedFormat> offered,
+[[nodiscard]] Result<std::size_t> choose_format(std::span<const SupportedFormat> offered,
                                                 std::optional<PixelFormat> wanted);
 
 }  // namespace lightwell::libcam

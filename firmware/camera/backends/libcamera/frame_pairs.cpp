@@ -5,16 +5,16 @@
 
 namespace lightwell::libcam {
 
-Waiting FramePairs::Line::take_front() {
-  const Waiting front = frames[0];
+PendingFrame FramePairer::FrameQueue::take_front() {
+  const PendingFrame front = frames[0];
   std::move(frames.begin() + 1, frames.begin() + static_cast<std::ptrdiff_t>(size), frames.begin());
   --size;
   return front;
 }
 
-void FramePairs::offer(int lens, const Waiting& frame) {
+void FramePairer::offer(int lens, const PendingFrame& frame) {
   const auto l = static_cast<std::size_t>(lens);
-  Line& line = lines_[l];
+  FrameQueue& line = lines_[l];
   if ((line.seen && frame.at <= line.last) || line.size == line.frames.size()) {
     // The second never happens to a caller who asks next() in between.
     ++counts_.disordered[l];
@@ -28,18 +28,18 @@ void FramePairs::offer(int lens, const Waiting& frame) {
   line.frames[line.size++] = frame;
 }
 
-FramePairs::Verdict FramePairs::drop_front(int lens) {
+FramePairer::PairResult FramePairer::drop_front(int lens) {
   const auto l = static_cast<std::size_t>(lens);
   ++counts_.unpaired[l];
-  Verdict v{Kind::dropped, lens, {}};
+  PairResult v{Kind::dropped, lens, {}};
   v.tokens[l] = lines_[l].take_front().token;
   return v;
 }
 
-FramePairs::Verdict FramePairs::next() {
+FramePairer::PairResult FramePairer::next() {
   if (refused_.kind != Kind::nothing) return std::exchange(refused_, {});
-  Line& a = lines_[0];
-  Line& b = lines_[1];
+  FrameQueue& a = lines_[0];
+  FrameQueue& b = lines_[1];
   if (a.size > 0 && b.size > 0) {
     const Duration apart = a.frames[0].at - b.frames[0].at;
     // The older one can have no nearer counterpart any more: frames come in order.
@@ -50,11 +50,11 @@ FramePairs::Verdict FramePairs::next() {
     return {Kind::pair, 0, {first, second}};
   }
   for (const int lens : {0, 1})
-    if (lines_[static_cast<std::size_t>(lens)].size > kMostWaiting) return drop_front(lens);
+    if (lines_[static_cast<std::size_t>(lens)].size > kMaxWaiting) return drop_front(lens);
   return {};
 }
 
-void FramePairs::restart() {
+void FramePairer::restart() {
   lines_ = {};
   refused_ = {};
 }

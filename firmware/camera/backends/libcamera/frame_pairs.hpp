@@ -12,7 +12,7 @@
 namespace lightwell::libcam {
 
 /// A frame that waits for its counterpart.
-struct Waiting {
+struct PendingFrame {
   ProbeTime at;
   int token = 0;  ///< The caller's.
 };
@@ -20,28 +20,28 @@ struct Waiting {
 /// Two frames are a pair where their times differ by no more than half the interval between frames: each is then the
 /// nearest to the other. What finds no counterpart is dropped and counted. The phase between cameras drifts; when it
 /// has drifted by half an interval, one frame is dropped and the pairs go on with the next.
-class FramePairs {
+class FramePairer {
  public:
   /// A camera that is silent does not hold up more frames of the other than this.
-  static constexpr std::size_t kMostWaiting = 2;
+  static constexpr std::size_t kMaxWaiting = 2;
 
   /// Interval above zero.
-  explicit FramePairs(Duration interval) : half_(Duration{interval.ns / 2}) {}
+  explicit FramePairer(Duration interval) : half_(Duration{interval.ns / 2}) {}
 
   /// A frame of lens 0 or 1. Afterwards next() says what became of frames, until it has nothing more to say.
-  void offer(int lens, const Waiting& frame);
+  void offer(int lens, const PendingFrame& frame);
 
   enum class Kind : std::uint8_t {
     nothing,  ///< All others wait.
     pair,     ///< tokens[0] of lens 0 and tokens[1] of lens 1.
     dropped,  ///< tokens[lens] of `lens`.
   };
-  struct Verdict {
+  struct PairResult {
     Kind kind = Kind::nothing;
     int lens = 0;
     std::array<int, 2> tokens{};
   };
-  [[nodiscard]] Verdict next();
+  [[nodiscard]] PairResult next();
 
   /// Forgets what waits and the times seen: the caller has those frames back. Counts stay.
   void restart();
@@ -56,19 +56,19 @@ class FramePairs {
 
  private:
   /// The frames of a lens in order of time, one more than may wait.
-  struct Line {
-    std::array<Waiting, kMostWaiting + 1> frames{};
+  struct FrameQueue {
+    std::array<PendingFrame, kMaxWaiting + 1> frames{};
     std::size_t size = 0;
     bool seen = false;
     ProbeTime last;
 
-    [[nodiscard]] Waiting take_front();
+    [[nodiscard]] PendingFrame take_front();
   };
-  [[nodiscard]] Verdict drop_front(int lens);
+  [[nodiscard]] PairResult drop_front(int lens);
 
   Duration half_;
-  std::array<Line, 2> lines_{};
-  Verdict refused_;  ///< What offer() could not take.
+  std::array<FrameQueue, 2> lines_{};
+  PairResult refused_;  ///< What offer() could not take.
   Counts counts_;
 };
 

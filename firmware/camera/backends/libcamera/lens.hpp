@@ -28,7 +28,7 @@ struct PictureLayout {
 /// What a buffer that has come back says of its picture.
 struct Picture {
   bool good = false;  ///< Exposed, read out and whole; the rest is of no meaning otherwise.
-  std::int64_t stamp_ns = 0;
+  std::int64_t timestamp_ns = 0;
   std::uint64_t sequence = 0;
   std::optional<double> exposure_s;  ///< In force, where the camera says.
   std::optional<double> gain;
@@ -66,7 +66,7 @@ class Lens {
   [[nodiscard]] virtual const std::string& id() const = 0;
   [[nodiscard]] virtual const std::string& model() const = 0;
   [[nodiscard]] virtual const PictureLayout& layout() const = 0;
-  [[nodiscard]] virtual const ChosenControls& controls() const = 0;
+  [[nodiscard]] virtual const SelectedControls& controls() const = 0;
   [[nodiscard]] virtual const std::vector<std::string>& notes() const = 0;
   [[nodiscard]] virtual std::shared_ptr<const PictureMemory> memory() const = 0;
   [[nodiscard]] virtual int buffers() const = 0;

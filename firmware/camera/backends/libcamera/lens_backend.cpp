@@ -5,19 +5,19 @@
 #include <string>
 #include <utility>
 
-#include "camera/backends/libcamera/rehearsal.hpp"
+#include "camera/backends/libcamera/camera_capabilities.hpp"
 
 namespace lightwell::libcam {
 namespace {
 
 /// A camera that fails is given time to say that it is gone; asked at once, it would fail without end.
-constexpr auto kPause = std::chrono::milliseconds(200);
+constexpr auto kRetryDelay = std::chrono::milliseconds(200);
 /// What the kernel still hands back of a camera that was pulled out has come by then.
-constexpr auto kDust = std::chrono::milliseconds(100);
+constexpr auto kDrainDelay = std::chrono::milliseconds(100);
 /// How often an absent camera is tried again; news of it come at once besides.
-constexpr auto kRetry = std::chrono::milliseconds(250);
+constexpr auto kReconnectPeriod = std::chrono::milliseconds(250);
 /// A camera that is there and silent for so long is started anew.
-constexpr auto kSilence = std::chrono::seconds(3);
+constexpr auto kFrameTimeout = std::chrono::seconds(3);
 /// Frames until a new exposure comes back, with a camera that says so: the requests before it, and the sensor's delay.
 constexpr int kFramesToReport = 7;
 
@@ -30,7 +30,7 @@ bool alike(double a, double b) { return std::abs(a - b) <= kExposureTolerance * 
 Result<CameraInfo> LensBackend::open() {
   if (open_) return Status(StatusCode::failed_precondition, "libcamera: the camera is open already");
   Status s = acquire_all();
-  if (s.ok()) s = learn();
+  if (s.ok()) s = probe_lenses();
   if (!s.ok()) {
     for (const auto& lens : lenses_) lens->release();
     return Status(s.code(), s.message().starts_with("libcamera") ? s.message() : "libcamera: " + s.message());
@@ -40,7 +40,7 @@ Result<CameraInfo> LensBackend::open() {
 }
 
 Status LensBackend::acquire_all() {
-  const int lendable = frames_to_lend(static_cast<int>(std::max<std::size_t>(1, options_.exposure_s.size())));
+  const int lendable = required_buffer_count(static_cast<int>(std::max<std::size_t>(1, options_.exposure_s.size())));
   std::size_t buffers = 0;
   for (std::size_t l = 0; l < count(); ++l) {
     if (Status s = lenses_[l]->acquire(options_, lendable); !s.ok()) return s;
@@ -53,34 +53,34 @@ Status LensBackend::acquire_all() {
       return {StatusCode::failed_precondition,
               "the two cameras give different pictures: name a format= and a size that both have"};
   }
-  mailbox_->prepare(post_, 2 * buffers, static_cast<std::size_t>(lendable));
-  loans_.resize(static_cast<std::size_t>(lendable));
-  free_loans_.clear();
-  free_loans_.reserve(loans_.size());
-  for (int i = 0; i < lendable; ++i) free_loans_.push_back(i);
+  mailbox_->prepare(events_, 2 * buffers, static_cast<std::size_t>(lendable));
+  lent_frames_.resize(static_cast<std::size_t>(lendable));
+  free_slots_.clear();
+  free_slots_.reserve(lent_frames_.size());
+  for (int i = 0; i < lendable; ++i) free_slots_.push_back(i);
   return {};
 }
 
-Status LensBackend::learn() {
-  std::vector<Rehearsal> rehearsals;
+Status LensBackend::probe_lenses() {
+  std::vector<CameraCapabilities> capabilities;
   for (const auto& lens : lenses_) {
-    Result<Rehearsal> r = rehearse(*lens, *mailbox_, post_, options_.frame_rate);
+    Result<CameraCapabilities> r = probe_capabilities(*lens, *mailbox_, events_, options_.frame_rate);
     if (!r) return r.status();
-    rehearsals.push_back(std::move(*r));
+    capabilities.push_back(std::move(*r));
   }
-  const Rehearsal& first = rehearsals[0];
-  says_exposure_ = first.says_exposure;
+  const CameraCapabilities& first = capabilities[0];
+  reports_exposure_ = first.reports_exposure;
   gain_ = first.gain;
   interval_ = first.interval;
   const std::vector<double> asked = lenses_[0]->controls().exposure_s();
   strict_ = std::equal(asked.begin(), asked.end(), first.exposure_s.begin(), alike);
-  for (const Rehearsal& other : rehearsals) {
+  for (const CameraCapabilities& other : capabilities) {
     if (!std::equal(first.exposure_s.begin(), first.exposure_s.end(), other.exposure_s.begin(), other.exposure_s.end(),
                     alike))
       return {StatusCode::failed_precondition,
               "the two cameras make different exposures of those asked for: name "
               "camera.exposure_s that both can do"};
-    says_exposure_ = says_exposure_ && other.says_exposure;
+    reports_exposure_ = reports_exposure_ && other.reports_exposure;
   }
   info_ = describe();
   info_.exposure_s = first.exposure_s;
@@ -92,12 +92,12 @@ Status LensBackend::learn() {
   };
   for (std::size_t l = 0; l < count(); ++l) {
     note(l, lenses_[l]->notes());
-    note(l, rehearsals[l].notes);
+    note(l, capabilities[l].notes);
   }
   distinct_ = distinct(info_.exposure_s);
   info_.frame_rate = 1 / interval_.seconds();
   // How long an exposure is held: until frames began that much later, or until the requests before it are through.
-  if (holds()) info_.frame_rate /= says_exposure_ ? kFramesToReport : options_.settle_frames + 2;
+  if (holds_exposure()) info_.frame_rate /= reports_exposure_ ? kFramesToReport : options_.settle_frames + 2;
   cycle_.emplace(info_.exposure_s);
   alignment_.emplace(static_cast<int>(bracket()), 2 * kFramesToReport);
   held_.emplace(static_cast<int>(bracket()), Duration{interval_.ns * options_.settle_frames});
@@ -125,7 +125,7 @@ Status LensBackend::start(FrameSink& sink) {
   mailbox_->restart();
   for (const auto& lens : lenses_) {
     if (lens->present()) continue;
-    if (Status s = lens->acquire(options_, static_cast<int>(loans_.size())); !s.ok()) return s;
+    if (Status s = lens->acquire(options_, static_cast<int>(lent_frames_.size())); !s.ok()) return s;
   }
   if (Status s = begin(); !s.ok()) return s;
   thread_ = std::thread([this, &sink] { run(sink); });
@@ -143,7 +143,7 @@ Status LensBackend::begin() {
   cycle_->restart();
   held_->restart();
   pairs_->restart();
-  told_ = {};
+  exposure_requested_ = {};
   gone_ = {};
   failures_ = {};
   quiet_since_.fill(Clock::now());
@@ -171,38 +171,38 @@ void LensBackend::stop() {
 void LensBackend::run(FrameSink& sink) {
   refill();
   while (true) {
-    mailbox_->take(post_, Clock::now() + (running_ && Clock::now() >= pause_until_ ? kRetry : kRetry / 10));
-    if (post_.stop) return;
+    mailbox_->take(events_, Clock::now() + (running_ && Clock::now() >= pause_until_ ? kReconnectPeriod : kReconnectPeriod / 10));
+    if (events_.stop) return;
     const Clock::time_point woken = Clock::now();
-    for (const int slot : post_.returned) take_back(slot);
-    for (const Completion& c : post_.completions) quiet_since_[static_cast<std::size_t>(c.lens)] = woken;
-    const auto patience = kSilence + std::chrono::nanoseconds(30 * interval_.ns);
+    for (const int slot : events_.returned) take_back(slot);
+    for (const Completion& c : events_.completions) quiet_since_[static_cast<std::size_t>(c.lens)] = woken;
+    const auto patience = kFrameTimeout + std::chrono::nanoseconds(30 * interval_.ns);
     for (std::size_t l = 0; running_ && l < count(); ++l)
       if (woken - quiet_since_[l] > patience) lose(l);
-    if (post_.cameras_changed || !running_) look_after_cameras();
-    for (const Completion& c : post_.completions)
+    if (events_.cameras_changed || !running_) reconnect_cameras();
+    for (const Completion& c : events_.completions)
       if (running_) handle(c, sink);
     refill();
   }
 }
 
 void LensBackend::take_back(int slot) {
-  Loan& loan = loans_[static_cast<std::size_t>(slot)];
+  LentFrame& lent_frame = lent_frames_[static_cast<std::size_t>(slot)];
   for (std::size_t l = 0; l < count(); ++l) {
-    if (lenses_[l]->acquired() && loan.session[l] == lenses_[l]->session())
-      lenses_[l]->make_idle(loan.buffer[l]);
+    if (lenses_[l]->acquired() && lent_frame.session[l] == lenses_[l]->session())
+      lenses_[l]->make_idle(lent_frame.buffer[l]);
     else
-      loan.memory[l]->end_reading(loan.buffer[l]);
-    loan.memory[l].reset();
+      lent_frame.memory[l]->end_reading(lent_frame.buffer[l]);
+    lent_frame.memory[l].reset();
   }
-  free_loans_.push_back(slot);
+  free_slots_.push_back(slot);
 }
 
 void LensBackend::lose(std::size_t lens) {
   state_ = State::lost;
   running_ = false;
   gone_[lens] = true;
-  retry_at_ = Clock::now() + kDust;
+  retry_at_ = Clock::now() + kDrainDelay;
   for (std::size_t l = 0; l < count(); ++l) {
     lenses_[l]->stop();
     for (std::size_t b = 0; b < candidates_[l].size(); ++b) {
@@ -212,18 +212,18 @@ void LensBackend::lose(std::size_t lens) {
   }
 }
 
-void LensBackend::look_after_cameras() {
+void LensBackend::reconnect_cameras() {
   for (std::size_t l = 0; l < count(); ++l)
     if (lenses_[l]->acquired() && !gone_[l] && !lenses_[l]->present()) lose(l);
   if (running_ || Clock::now() < retry_at_) return;
-  retry_at_ = Clock::now() + kRetry;
+  retry_at_ = Clock::now() + kReconnectPeriod;
   for (std::size_t l = 0; l < count(); ++l) {
     if (gone_[l]) lenses_[l]->release();
     gone_[l] = false;
   }
   // Tried again where it does not work: a camera that has just come may not be ready.
   for (const auto& lens : lenses_)
-    if (!lens->acquired() && !lens->acquire(options_, static_cast<int>(loans_.size())).ok()) return;
+    if (!lens->acquired() && !lens->acquire(options_, static_cast<int>(lent_frames_.size())).ok()) return;
   if (!begin().ok()) gone_.fill(true);
 }
 
@@ -233,14 +233,14 @@ void LensBackend::refill() {
     Lens& lens = *lenses_[l];
     const std::vector<std::int32_t>& asked_us = lens.controls().exposure_us;
     while (!lens.full()) {
-      const std::size_t turn = holds() ? static_cast<std::size_t>(held_->index()) : next_exposure_[l];
+      const std::size_t turn = holds_exposure() ? static_cast<std::size_t>(held_->index()) : next_exposure_[l];
       if (!lens.queue(asked_us[turn])) {
-        pause_until_ = Clock::now() + kPause;
+        pause_until_ = Clock::now() + kRetryDelay;
         break;
       }
-      if (!holds()) next_exposure_[l] = (next_exposure_[l] + 1) % bracket();
-      if (!told_[l]) held_->told(now());
-      told_[l] = true;
+      if (!holds_exposure()) next_exposure_[l] = (next_exposure_[l] + 1) % bracket();
+      if (!exposure_requested_[l]) held_->told(now());
+      exposure_requested_[l] = true;
     }
   }
 }
@@ -253,27 +253,27 @@ void LensBackend::handle(const Completion& completion, FrameSink& sink) {
   failures_[l] = picture.good ? 0 : failures_[l] + 1;
   if (!picture.good) {
     lens.make_idle(completion.buffer);
-    if (failures_[l] > 1) pause_until_ = Clock::now() + kPause;
+    if (failures_[l] > 1) pause_until_ = Clock::now() + kRetryDelay;
     return;
   }
   Candidate& c = candidates_[l][static_cast<std::size_t>(completion.buffer)];
-  const std::size_t turn = holds() ? static_cast<std::size_t>(held_->index()) : 0;
+  const std::size_t turn = holds_exposure() ? static_cast<std::size_t>(held_->index()) : 0;
   c.exposure_s = picture.exposure_s.value_or(info_.exposure_s[turn]);
   c.gain = picture.gain.value_or(gain_);
   c.sequence = picture.sequence;
-  c.came = {completion.at.monotonic_ns};
-  const FrameTiming timing{c.exposure_s, options_.row_readout, lens.layout().height, options_.stamped};
+  c.arrival = {completion.at.monotonic_ns};
+  const FrameTiming timing{c.exposure_s, options_.row_readout, lens.layout().height, options_.timestamp_event};
   // A stamp of no clock that is known: the frame came when its last row had been read.
   c.stamp = clocks_[l]
-                .to_probe_time(picture.stamp_ns, completion.at)
-                .value_or(c.came - Duration{timing.row_readout.ns * timing.rows});
+                .to_probe_time(picture.timestamp_ns, completion.at)
+                .value_or(c.arrival - Duration{timing.row_readout.ns * timing.rows});
   c.begin = exposure_begin(c.stamp, timing);
   c.mid = mid_exposure(c.stamp, timing);
   if (count() == 1) return deliver({completion.buffer, 0}, sink);
   c.waits = true;
   pairs_->offer(completion.lens, {c.stamp, completion.buffer});
-  for (FramePairs::Verdict v = pairs_->next(); v.kind != FramePairs::Kind::nothing; v = pairs_->next()) {
-    if (v.kind == FramePairs::Kind::pair) {
+  for (FramePairer::PairResult v = pairs_->next(); v.kind != FramePairer::Kind::nothing; v = pairs_->next()) {
+    if (v.kind == FramePairer::Kind::pair) {
       deliver({v.tokens[0], v.tokens[1]}, sink);
       continue;
     }
@@ -298,18 +298,18 @@ bool LensBackend::aligned(const Candidate& first, const Candidate& second) {
 
 std::optional<CyclePlace> LensBackend::place(const Candidate& first, ProbeTime begin, bool can_lend) {
   const bool told =
-      std::all_of(told_.begin(), told_.begin() + static_cast<std::ptrdiff_t>(count()), [](bool t) { return t; });
-  if (!holds()) {
-    if (!can_lend || (!says_exposure_ && !(told && held_->settled(begin)))) return std::nullopt;
+      std::all_of(exposure_requested_.begin(), exposure_requested_.begin() + static_cast<std::ptrdiff_t>(count()), [](bool t) { return t; });
+  if (!holds_exposure()) {
+    if (!can_lend || (!reports_exposure_ && !(told && held_->settled(begin)))) return std::nullopt;
     return cycle_->place(first.sequence, strict_ ? first.exposure_s : info_.exposure_s[0]);
   }
   const double held_s = info_.exposure_s[static_cast<std::size_t>(held_->index())];
-  if (!told || !(says_exposure_ ? alike(first.exposure_s, held_s) : held_->settled(begin))) return std::nullopt;
+  if (!told || !(reports_exposure_ ? alike(first.exposure_s, held_s) : held_->settled(begin))) return std::nullopt;
   if (!can_lend) {
     held_->lose();
     return std::nullopt;
   }
-  told_ = {};
+  exposure_requested_ = {};
   return held_->take();
 }
 
@@ -324,24 +324,24 @@ void LensBackend::deliver(const Buffers& buffers, FrameSink& sink) {
   const Candidate& last = *parts[count() - 1];
   const ProbeTime mid = first.mid + Duration{(last.mid - first.mid).ns / 2};
   // The sink was slow: a camera would not have waited for it either.
-  const bool stale = now() - std::max(first.came, last.came) > interval_ + interval_;
+  const bool stale = now() - std::max(first.arrival, last.arrival) > interval_ + interval_;
   if (stale || mid <= last_mid_ || (aligns() && !aligned(first, last)) || !alike(first.exposure_s, last.exposure_s) ||
       !alike(first.gain, last.gain))
     return drop(buffers);
-  const std::optional<CyclePlace> at = place(first, std::min(first.begin, last.begin), !free_loans_.empty());
+  const std::optional<CyclePlace> at = place(first, std::min(first.begin, last.begin), !free_slots_.empty());
   if (!at) return drop(buffers);
 
-  const int slot = free_loans_.back();
-  free_loans_.pop_back();
-  Loan& loan = loans_[static_cast<std::size_t>(slot)];
+  const int slot = free_slots_.back();
+  free_slots_.pop_back();
+  LentFrame& lent_frame = lent_frames_[static_cast<std::size_t>(slot)];
   Frame frame(*this, slot);
   for (std::size_t l = 0; l < count(); ++l) {
-    loan.memory[l] = lenses_[l]->memory();
-    loan.buffer[l] = buffers[l];
-    loan.session[l] = lenses_[l]->session();
+    lent_frame.memory[l] = lenses_[l]->memory();
+    lent_frame.buffer[l] = buffers[l];
+    lent_frame.session[l] = lenses_[l]->session();
     const PictureLayout& layout = lenses_[l]->layout();
     frame.add_view({static_cast<int>(l), layout.format, layout.width, layout.height, layout.stride,
-                    loan.memory[l]->picture(buffers[l])});
+                    lent_frame.memory[l]->picture(buffers[l])});
   }
   FrameInfo& info = frame.info;
   info.sequence = at->sequence;

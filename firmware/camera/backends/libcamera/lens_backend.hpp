@@ -39,13 +39,13 @@ class LensBackend final : public CameraBackend, public FrameOwner {
  private:
   /// A frame that is being looked at, by the number of its buffer.
   struct Candidate {
-    ProbeTime stamp, begin, mid, came;
+    ProbeTime stamp, begin, mid, arrival;
     double exposure_s = 0, gain = 1;
     std::uint64_t sequence = 0;
     bool waits = false;  ///< For its counterpart.
   };
   /// A frame that is lent, by its slot.
-  struct Loan {
+  struct LentFrame {
     std::array<std::shared_ptr<const PictureMemory>, kMaxLenses> memory;
     std::array<int, kMaxLenses> buffer{}, session{};
   };
@@ -55,18 +55,18 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   [[nodiscard]] std::size_t count() const { return lenses_.size(); }
   [[nodiscard]] std::size_t bracket() const { return info_.exposure_s.size(); }
   /// Whether an exposure is held until its frame has come, in place of one a request.
-  [[nodiscard]] bool holds() const { return bracket() > 1 && (!says_exposure_ || (count() > 1 && !distinct_)); }
+  [[nodiscard]] bool holds_exposure() const { return bracket() > 1 && (!reports_exposure_ || (count() > 1 && !distinct_)); }
   /// Whether two cameras go through the cycle side by side.
-  [[nodiscard]] bool aligns() const { return bracket() > 1 && count() > 1 && !holds(); }
+  [[nodiscard]] bool aligns() const { return bracket() > 1 && count() > 1 && !holds_exposure(); }
 
   [[nodiscard]] Status acquire_all();
-  [[nodiscard]] Status learn();
+  [[nodiscard]] Status probe_lenses();
   [[nodiscard]] CameraInfo describe() const;
 
   void run(FrameSink& sink);
   [[nodiscard]] Status begin();
   void take_back(int slot);
-  void look_after_cameras();
+  void reconnect_cameras();
   void lose(std::size_t lens);
   void refill();
   void handle(const Completion& completion, FrameSink& sink);
@@ -78,13 +78,13 @@ class LensBackend final : public CameraBackend, public FrameOwner {
 
   const LibcameraOptions options_;
   const std::shared_ptr<Mailbox> mailbox_;
-  Mailbox::Post post_;
+  Mailbox::Events events_;
   const std::vector<std::unique_ptr<Lens>> lenses_;
   CameraInfo info_;
   bool open_ = false;
 
   // Learnt by open()
-  bool says_exposure_ = false;
+  bool reports_exposure_ = false;
   bool distinct_ = true;  ///< Exposures of the cycle can be told from each other.
   bool strict_ = true;    ///< Exposures come as asked for; else whatever the camera says is taken.
   double gain_ = 1;
@@ -92,17 +92,17 @@ class LensBackend final : public CameraBackend, public FrameOwner {
 
   std::atomic<State> state_{State::idle};
   std::thread thread_;
-  std::vector<Loan> loans_;
-  std::vector<int> free_loans_;
+  std::vector<LentFrame> lent_frames_;
+  std::vector<int> free_slots_;
 
   // The thread's own while it runs
   bool running_ = false;  ///< All cameras are started.
   std::array<std::vector<Candidate>, kMaxLenses> candidates_;
   std::array<SensorClock, kMaxLenses> clocks_;
-  std::optional<FramePairs> pairs_;
+  std::optional<FramePairer> pairs_;
   std::optional<ReportedCycle> cycle_;
   std::optional<HeldCycle> held_;
-  std::array<bool, kMaxLenses> told_{}, gone_{};
+  std::array<bool, kMaxLenses> exposure_requested_{}, gone_{};
   std::array<int, kMaxLenses> failures_{};
   std::array<Clock::time_point, kMaxLenses> quiet_since_{};
   std::optional<CycleAlignment> alignment_;

@@ -19,7 +19,7 @@ Status failed(const std::string& what, int error) {
 
 /// A stream's formats and where they come from.
 struct Offer {
-  std::vector<OfferedFormat> formats;
+  std::vector<SupportedFormat> formats;
   std::vector<::libcamera::PixelFormat> theirs;
   std::vector<::libcamera::StreamRole> roles;
 };
@@ -39,12 +39,12 @@ Offer offer_of(::libcamera::Camera& camera) {
   return offer;
 }
 
-OfferedControls controls_of(const ::libcamera::ControlInfoMap& map) {
+SupportedControls controls_of(const ::libcamera::ControlInfoMap& map) {
   namespace controls = ::libcamera::controls;
-  OfferedControls offered;
-  offered.exposure_by_hand = offers_manual_exposure(map);
-  offered.white_by_hand = offers(map, controls::AwbEnable);
-  offered.focus_by_hand = offers(map, controls::AfMode);
+  SupportedControls offered;
+  offered.manual_exposure = offers_manual_exposure(map);
+  offered.manual_white_balance = offers(map, controls::AwbEnable);
+  offered.manual_focus = offers(map, controls::AfMode);
   offered.exposure_us = range_of(map, controls::ExposureTime);
   offered.gain = range_of(map, controls::AnalogueGain);
   offered.colour_gain = range_of(map, controls::ColourGains);
@@ -149,7 +149,7 @@ Status LensStream::configure(const LibcameraOptions& options, int buffers_wanted
   depth_ = std::clamp(static_cast<int>(configuration_->at(0).bufferCount), 1, kDepth);
 
   // Ranges may depend on the configuration.
-  Result<ChosenControls> controls = choose_controls(controls_of(camera_->controls()), options);
+  Result<SelectedControls> controls = choose_controls(controls_of(camera_->controls()), options);
   if (!controls) return controls.status();
   if (!settled_) {
     controls_ = std::move(*controls);
@@ -187,7 +187,7 @@ Status LensStream::allocate(int buffers_wanted) {
   idle_.reserve(requests_.size());
   for (int i = 0; i < buffers(); ++i) idle_.push_back(i);
   used_.assign(requests_.size(), false);
-  where_.assign(requests_.size(), Where::idle);
+  buffer_states_.assign(requests_.size(), BufferState::idle);
   return {};
 }
 
@@ -210,7 +210,7 @@ void LensStream::release() {
 Status LensStream::start() {
   ::libcamera::ControlList list(camera_->controls());
   write_controls(list);
-  told_exposure_us_.reset();
+  requested_exposure_us_.reset();
   if (const int error = camera_->start(&list); error != 0) return failed("camera '" + id_ + "' does not start", error);
   return {};
 }
@@ -220,8 +220,8 @@ void LensStream::stop() {
   (void)camera_->stop();
   // What the camera had is ours again.
   for (int i = 0; i < buffers(); ++i) {
-    if (where_[static_cast<std::size_t>(i)] != Where::queued) continue;
-    where_[static_cast<std::size_t>(i)] = Where::idle;
+    if (buffer_states_[static_cast<std::size_t>(i)] != BufferState::queued) continue;
+    buffer_states_[static_cast<std::size_t>(i)] = BufferState::idle;
     idle_.push_back(i);
   }
   queued_ = 0;
@@ -229,9 +229,9 @@ void LensStream::stop() {
 
 void LensStream::write_controls(::libcamera::ControlList& list) const {
   namespace controls = ::libcamera::controls;
-  if (controls_.exposure_by_hand) set_manual_exposure(camera_->controls(), list);
-  if (controls_.white_by_hand) list.set(controls::AwbEnable, false);
-  if (controls_.focus_by_hand) list.set(controls::AfMode, static_cast<std::int32_t>(controls::AfModeManual));
+  if (controls_.manual_exposure) set_manual_exposure(camera_->controls(), list);
+  if (controls_.manual_white_balance) list.set(controls::AwbEnable, false);
+  if (controls_.manual_focus) list.set(controls::AfMode, static_cast<std::int32_t>(controls::AfModeManual));
   if (controls_.set_exposure) list.set(controls::ExposureTime, controls_.exposure_us.front());
   if (controls_.gain) list.set(controls::AnalogueGain, *controls_.gain);
   if (controls_.colour_gains)
@@ -248,14 +248,14 @@ bool LensStream::queue(std::int32_t exposure_us) {
   ::libcamera::Request& request = *requests_[b];
   if (used_[b]) request.reuse(::libcamera::Request::ReuseBuffers);
   // Some pipelines take no controls at start(), so the first request brings them all.
-  if (!told_exposure_us_) write_controls(request.controls());
-  if (controls_.set_exposure && told_exposure_us_ != exposure_us)
+  if (!requested_exposure_us_) write_controls(request.controls());
+  if (controls_.set_exposure && requested_exposure_us_ != exposure_us)
     request.controls().set(::libcamera::controls::ExposureTime, exposure_us);
   used_[b] = true;
   if (camera_->queueRequest(&request) != 0) return false;
   idle_.erase(idle_.begin());
-  where_[b] = Where::queued;
-  told_exposure_us_ = exposure_us;
+  buffer_states_[b] = BufferState::queued;
+  requested_exposure_us_ = exposure_us;
   ++queued_;
   return true;
 }
@@ -264,7 +264,7 @@ Picture LensStream::collect(int buffer) {
   namespace controls = ::libcamera::controls;
   const auto b = static_cast<std::size_t>(buffer);
   --queued_;
-  where_[b] = Where::out;
+  buffer_states_[b] = BufferState::out;
   memory_->begin_reading(buffer);
   ::libcamera::Request& request = *requests_[b];
   Picture picture;
@@ -278,7 +278,7 @@ Picture LensStream::collect(int buffer) {
   picture.sequence = about.sequence;
   const auto& metadata = request.metadata();
   const auto stamp = metadata.get(controls::SensorTimestamp);
-  picture.stamp_ns = stamp ? *stamp : static_cast<std::int64_t>(about.timestamp);
+  picture.timestamp_ns = stamp ? *stamp : static_cast<std::int64_t>(about.timestamp);
   if (const auto us = metadata.get(controls::ExposureTime); us && *us > 0) picture.exposure_s = 1e-6 * *us;
   if (const auto gain = metadata.get(controls::AnalogueGain); gain && *gain > 0)
     picture.gain = static_cast<double>(*gain);
@@ -287,7 +287,7 @@ Picture LensStream::collect(int buffer) {
 
 void LensStream::make_idle(int buffer) {
   memory_->end_reading(buffer);
-  where_[static_cast<std::size_t>(buffer)] = Where::idle;
+  buffer_states_[static_cast<std::size_t>(buffer)] = BufferState::idle;
   idle_.push_back(buffer);
 }
 

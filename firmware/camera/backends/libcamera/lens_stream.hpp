@@ -38,7 +38,7 @@ class LensStream final : public Lens {
   [[nodiscard]] const std::string& id() const override { return id_; }
   [[nodiscard]] const std::string& model() const override { return model_; }
   [[nodiscard]] const PictureLayout& layout() const override { return layout_; }
-  [[nodiscard]] const ChosenControls& controls() const override { return controls_; }
+  [[nodiscard]] const SelectedControls& controls() const override { return controls_; }
   [[nodiscard]] const std::vector<std::string>& notes() const override { return notes_; }
   [[nodiscard]] std::shared_ptr<const PictureMemory> memory() const override { return memory_; }
   [[nodiscard]] int buffers() const override { return static_cast<int>(requests_.size()); }
@@ -64,7 +64,7 @@ class LensStream final : public Lens {
   std::unique_ptr<::libcamera::CameraConfiguration> configuration_;
   ::libcamera::Stream* stream_ = nullptr;
   PictureLayout layout_;
-  ChosenControls controls_;
+  SelectedControls controls_;
   std::vector<std::string> notes_;
   bool settled_ = false;  ///< layout_ and controls_ are what was promised.
   int session_ = 0;
@@ -73,12 +73,12 @@ class LensStream final : public Lens {
   std::vector<std::unique_ptr<::libcamera::FrameBufferAllocator>> allocators_;
   std::vector<std::unique_ptr<::libcamera::Request>> requests_;  ///< One a buffer, whose index is its cookie.
   std::shared_ptr<const BufferMemory> memory_;
-  enum class Where : std::uint8_t { idle, queued, out };
-  std::vector<Where> where_;  ///< Of each buffer.
+  enum class BufferState : std::uint8_t { idle, queued, out };
+  std::vector<BufferState> buffer_states_;  ///< Of each buffer.
   std::vector<int> idle_;     ///< Oldest first.
   std::vector<bool> used_;    ///< The request has to be made new again.
   int queued_ = 0, depth_ = 0;
-  std::optional<std::int32_t> told_exposure_us_;  ///< Nothing: no request since start().
+  std::optional<std::int32_t> requested_exposure_us_;  ///< Nothing: no request since start().
 };
 
 }  // namespace lightwell::libcam

@@ -44,7 +44,7 @@ Status set_parameter(LibcameraOptions& options, const std::string& key, const st
   if (key == "settle") return named(key, assign(options.settle_frames, uri_number<int>(value, 0, 30)));
   // stamp
   if (value != "readout" && value != "exposure") return bad("stamp=" + value + " is neither readout nor exposure");
-  options.stamped = value == "readout" ? StampedEvent::readout : StampedEvent::exposure;
+  options.timestamp_event = value == "readout" ? TimestampEvent::readout : TimestampEvent::exposure;
   return {};
 }
 

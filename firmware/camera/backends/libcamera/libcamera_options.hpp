@@ -24,7 +24,7 @@ struct LibcameraOptions {
   double gain = 1;
   std::optional<PixelFormat> format;  ///< Nothing: the first that suits.
   Duration row_readout;               ///< From one row's exposure to the next row's; libcamera cannot tell.
-  StampedEvent stamped = StampedEvent::readout;
+  TimestampEvent timestamp_event = TimestampEvent::readout;
   std::array<double, 2> colour_gains{1, 1};  ///< Red, blue. 1: no channel clips before the sensor does.
   int settle_frames = 3;                     ///< Until a new exposure is in force, with a camera that does not say.
 };

@@ -4,9 +4,9 @@
 
 namespace lightwell::libcam {
 
-void Mailbox::prepare(Post& post, std::size_t completions, std::size_t returns) {
-  most_completions_ = completions;
-  for (Post* p : {&post, &filling_}) {
+void Mailbox::prepare(Events& post, std::size_t completions, std::size_t returns) {
+  max_completions_ = completions;
+  for (Events* p : {&post, &filling_}) {
     p->completions.reserve(completions);
     p->returned.reserve(returns);
   }
@@ -15,7 +15,7 @@ void Mailbox::prepare(Post& post, std::size_t completions, std::size_t returns) 
 void Mailbox::complete(const Completion& completion) {
   const std::lock_guard lock(mutex_);
   // Full only of an older acquisition's: a buffer is with the camera once.
-  if (filling_.completions.size() == most_completions_) return;
+  if (filling_.completions.size() == max_completions_) return;
   filling_.completions.push_back(completion);
   changed_.notify_all();
 }
@@ -38,7 +38,7 @@ void Mailbox::stop() {
   changed_.notify_all();
 }
 
-void Mailbox::take(Post& post, Clock::time_point limit) {
+void Mailbox::take(Events& post, Clock::time_point limit) {
   post.completions.clear();
   post.returned.clear();
   post.cameras_changed = false;

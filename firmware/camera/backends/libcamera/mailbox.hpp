@@ -21,7 +21,7 @@ struct Completion {
 
 class Mailbox {
  public:
-  struct Post {
+  struct Events {
     std::vector<Completion> completions;
     std::vector<int> returned;
     bool cameras_changed = false;
@@ -30,7 +30,7 @@ class Mailbox {
 
   /// Room for so many completions and returned frames at once, here and in `post`, the only one for take(). Before
   /// anybody else comes.
-  void prepare(Post& post, std::size_t completions, std::size_t returns);
+  void prepare(Events& post, std::size_t completions, std::size_t returns);
 
   // From any thread.
   void complete(const Completion& completion);
@@ -41,15 +41,15 @@ class Mailbox {
   // From the thread that reads.
   using Clock = std::chrono::steady_clock;
   /// Waits until there is something, or until `limit`; `post` is what came meanwhile, in its order.
-  void take(Post& post, Clock::time_point limit);
+  void take(Events& post, Clock::time_point limit);
   /// Completions are void and a stop is forgotten; frames given back stay until they are taken.
   void restart();
 
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  Post filling_;
-  std::size_t most_completions_ = 0;
+  Events filling_;
+  std::size_t max_completions_ = 0;
 };
 
 }  // namespace lightwell::libcam

@@ -6,7 +6,7 @@ namespace lightwell::libcam {
 namespace {
 
 /// No pipeline of a camera holds a frame for longer.
-constexpr std::int64_t kOldest_ns = 5'000'000'000;
+constexpr std::int64_t kMaxAge_ns = 5'000'000'000;
 
 std::int64_t clock_ns(clockid_t id) {
   timespec t{};
@@ -24,21 +24,21 @@ ClockReading read_clocks() {
   return {before + (after - before) / 2, boottime};
 }
 
-std::optional<ProbeTime> SensorClock::to_probe_time(std::int64_t stamp_ns, const ClockReading& now) {
+std::optional<ProbeTime> SensorClock::to_probe_time(std::int64_t timestamp_ns, const ClockReading& now) {
   const auto plausible = [&](std::int64_t t) {
-    return t > 0 && t <= now.monotonic_ns && t >= now.monotonic_ns - kOldest_ns;
+    return t > 0 && t <= now.monotonic_ns && t >= now.monotonic_ns - kMaxAge_ns;
   };
-  if (stamp_ns <= 0) return std::nullopt;
+  if (timestamp_ns <= 0) return std::nullopt;
   const std::int64_t slept_ns = now.boottime_ns - now.monotonic_ns;
-  const std::int64_t from_boottime = stamp_ns - slept_ns;
-  if (!boottime_ && plausible(stamp_ns)) return ProbeTime{stamp_ns};
+  const std::int64_t from_boottime = timestamp_ns - slept_ns;
+  if (!boottime_ && plausible(timestamp_ns)) return ProbeTime{timestamp_ns};
   if (!plausible(from_boottime)) return std::nullopt;
   boottime_ = true;
   return ProbeTime{from_boottime};
 }
 
 ProbeTime exposure_begin(ProbeTime stamp, const FrameTiming& timing) {
-  return timing.event == StampedEvent::exposure ? stamp : stamp - Duration::from_seconds(timing.exposure_s);
+  return timing.event == TimestampEvent::exposure ? stamp : stamp - Duration::from_seconds(timing.exposure_s);
 }
 
 ProbeTime mid_exposure(ProbeTime stamp, const FrameTiming& timing) {

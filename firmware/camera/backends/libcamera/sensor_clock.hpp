@@ -23,14 +23,14 @@ class SensorClock {
  public:
   /// In CLOCK_MONOTONIC, `now` being just after the frame came. Nothing where the stamp is of neither clock: not before
   /// `now`, or more than 5 s ago. Once a stamp can only be CLOCK_BOOTTIME, all later ones are.
-  [[nodiscard]] std::optional<ProbeTime> to_probe_time(std::int64_t stamp_ns, const ClockReading& now);
+  [[nodiscard]] std::optional<ProbeTime> to_probe_time(std::int64_t timestamp_ns, const ClockReading& now);
 
  private:
   bool boottime_ = false;
 };
 
 /// What happens at the instant that a camera stamps.
-enum class StampedEvent : std::uint8_t {
+enum class TimestampEvent : std::uint8_t {
   readout,   ///< The first row is read out (its exposure ends): where the driver stamps what arrives, CSI-2 and USB.
   exposure,  ///< The first row's exposure begins: libcamera's documentation to the letter.
 };
@@ -40,7 +40,7 @@ struct FrameTiming {
   double exposure_s = 0;
   Duration row_readout;
   int rows = 0;
-  StampedEvent event = StampedEvent::readout;
+  TimestampEvent event = TimestampEvent::readout;
 };
 
 /// Of the centre row.

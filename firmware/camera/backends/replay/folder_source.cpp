@@ -44,7 +44,7 @@ class FolderSource final : public Source {
     }
     StoredFrame frame;
     if (Status s = read(first, frame); !s.ok()) return s;
-    if (!can_be_shown(frame, info_))
+    if (!is_playable(frame, info_))
       return {StatusCode::invalid_argument,
               folder_.string() + ": the pictures of the first frame differ in size or kind"};
     return {};
@@ -55,7 +55,7 @@ class FolderSource final : public Source {
   [[nodiscard]] bool next(StoredFrame& out) override {
     while (at_ < frames_.size()) {
       const ListedFrame& listed = frames_[at_++];
-      if (read(listed, out).ok() && can_be_shown(out, info_)) return true;
+      if (read(listed, out).ok() && is_playable(out, info_)) return true;
     }
     return false;
   }

@@ -49,7 +49,7 @@ void FrameSlots::end() {
 FrameSlots::Ready FrameSlots::wait_ready() {
   std::unique_lock lock(mutex_);
   Ready ready;
-  if (ready_.empty()) ready.came = Came::late;
+  if (ready_.empty()) ready.read_timing = ReadTiming::late;
   changed_.wait(lock, [this] { return stopped_ || ended_ || !ready_.empty(); });
   if (stopped_ || ready_.empty()) return ready;
   ready.slot = ready_.front();

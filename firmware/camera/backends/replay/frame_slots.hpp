@@ -36,10 +36,10 @@ class FrameSlots final : public FrameOwner {
   void end();
 
   // The player's side.
-  enum class Came { in_time, late };  ///< late: the player had to wait for the reader.
+  enum class ReadTiming { in_time, late };  ///< late: the player had to wait for the reader.
   struct Ready {
     int slot = kNone;  ///< kNone: at the end, or stopped.
-    Came came = Came::in_time;
+    ReadTiming read_timing = ReadTiming::in_time;
   };
   [[nodiscard]] Ready wait_ready();
   /// False when stopped before `due`.

@@ -24,7 +24,7 @@ class RecordingSource final : public Source {
     std::optional<FrameInfo> first, last;
     for (int i = 0; i < kLookAhead && read(frame); ++i) {
       if (!first) declare(frame);
-      if (!can_be_shown(frame, info_)) continue;
+      if (!is_playable(frame, info_)) continue;
       const FrameInfo& now = frame.info;
       // A recording that was continued later begins again at some point: the rate is that of its
       // first part.
@@ -46,7 +46,7 @@ class RecordingSource final : public Source {
 
   [[nodiscard]] bool next(StoredFrame& out) override {
     while (read(out))
-      if (can_be_shown(out, info_)) return true;
+      if (is_playable(out, info_)) return true;
     return false;
   }
 

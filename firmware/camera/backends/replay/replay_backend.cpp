@@ -43,7 +43,7 @@ class ReplayBackend final : public CameraBackend {
     if (!source) return source.status();
     source_ = std::move(*source);
     CameraInfo info = source_->info();
-    slots_.emplace(frames_to_lend(static_cast<int>(info.exposure_s.size())), kReadAhead);
+    slots_.emplace(required_buffer_count(static_cast<int>(info.exposure_s.size())), kReadAhead);
     // A single frame has no rate of its own.
     const double rate = info.frame_rate > 0 ? info.frame_rate : rate_asked_;
     timeline_.emplace(Duration::from_seconds(rate > 0 ? 1 / rate : 1));
@@ -103,7 +103,7 @@ class ReplayBackend final : public CameraBackend {
       const FrameSlots::Ready ready = slots_->wait_ready();
       if (ready.slot == FrameSlots::kNone) break;
       FrameInfo info = timeline_->place(slots_->frame(ready.slot).info);
-      const bool shown = options_.pace == Pace::fast ? await_loan(info, sink, stop) : await_moment(ready.came, info);
+      const bool shown = options_.pace == Pace::fast ? await_loan(info, sink, stop) : await_moment(ready.read_timing, info);
       if (!shown) {
         slots_->drop(ready.slot);
         continue;
@@ -118,16 +118,16 @@ class ReplayBackend final : public CameraBackend {
 
   /// Fast: whenever a frame may be lent and the sink has room for it. False when stopped.
   [[nodiscard]] bool await_loan(FrameInfo& info, FrameSink& sink, const std::stop_token& stop) {
-    if (!sink.wait_for_room(stop) || !slots_->wait_may_lend()) return false;
+    if (!sink.wait_for_space(stop) || !slots_->wait_may_lend()) return false;
     info.mid_exposure = timeline_->move_to(now() - Timeline::until_read_out(info, source_->info().height));
     return true;
   }
 
   /// Recorded: when a camera would have delivered it. False when it is dropped or all is stopped.
-  [[nodiscard]] bool await_moment(FrameSlots::Came came, FrameInfo& info) {
+  [[nodiscard]] bool await_moment(FrameSlots::ReadTiming read_timing, FrameInfo& info) {
     const Duration read_out = Timeline::until_read_out(info, source_->info().height);
     const Duration late = now() - (info.mid_exposure + read_out);
-    if (came == FrameSlots::Came::late && late.ns > 0) {
+    if (read_timing == FrameSlots::ReadTiming::late && late.ns > 0) {
       // The disk was slow: what follows keeps its spacing, or it would come in a burst.
       timeline_->delay(late);
       info.mid_exposure = info.mid_exposure + late;

@@ -29,7 +29,7 @@ namespace lightwell {
 ///
 /// Sequence numbers are the recorded ones with their gaps, and go on growing over loops and starts.
 /// start() begins at the front. A frame that cannot be shown (damaged, or of another size than the
-/// first) is a gap; a recording's damaged tail ends it. At most frames_to_lend(bracket) frames are
+/// first) is a gap; a recording's damaged tail ends it. At most required_buffer_count(bracket) frames are
 /// lent at once.
 ///
 /// invalid_argument for parameters that make no sense; open() says not_found, data_loss or

@@ -28,7 +28,7 @@ bool size_fits(PixelFormat format, int width, int height) {
 
 }  // namespace
 
-bool can_be_shown(const StoredFrame& frame, const CameraInfo& info) {
+bool is_playable(const StoredFrame& frame, const CameraInfo& info) {
   if (frame.view_count != static_cast<std::size_t>(info.lenses)) return false;
   if (!positive(frame.info.exposure_s) || !positive(frame.info.gain)) return false;
   // An hour of exposure and a second a row are damage; so large numbers would leave Duration's

@@ -43,6 +43,6 @@ class Source {
 
 /// Whether a frame is what `info` declares and what an estimator can read without looking again:
 /// sizes that fit the format, rows that are aligned, a positive exposure and gain.
-[[nodiscard]] bool can_be_shown(const StoredFrame& frame, const CameraInfo& info);
+[[nodiscard]] bool is_playable(const StoredFrame& frame, const CameraInfo& info);
 
 }  // namespace lightwell::replay

@@ -6,12 +6,12 @@ namespace lightwell::replay {
 namespace {
 
 /// A longer pause is that between two recordings in one file, which nobody wants to sit through.
-constexpr Duration kLongestPause = Duration::from_seconds(3600);
+constexpr Duration kMaxPause = Duration::from_seconds(3600);
 
 /// Whether both were taken in one go: loops, and recordings that were continued, begin again.
 bool follows(const FrameInfo& next, const FrameInfo& last) {
   return next.sequence > last.sequence && next.mid_exposure > last.mid_exposure &&
-         next.mid_exposure - last.mid_exposure <= kLongestPause;
+         next.mid_exposure - last.mid_exposure <= kMaxPause;
 }
 
 }  // namespace

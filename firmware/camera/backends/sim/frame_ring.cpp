@@ -45,9 +45,9 @@ Status too_large(const RingRequest& request) {
 }
 
 /// Says how far the rendering is, once it has taken long enough to be worth a word.
-class Reporter {
+class ProgressReporter {
  public:
-  Reporter(const RenderProgress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
+  ProgressReporter(const RenderProgress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
 
   void one_done() {
     const std::lock_guard lock(mutex_);
@@ -131,7 +131,7 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source, const Ren
   memory_.assign(lens_start_.back() * plan.pictures(), std::byte{0});
 
   std::atomic<std::uint64_t> next{0};
-  Reporter reporter(progress, plan.pictures());
+  ProgressReporter reporter(progress, plan.pictures());
   const auto work = [&] {
     std::vector<std::vector<float>> radiance(lenses.size());
     std::vector<float> flickering;

@@ -42,10 +42,10 @@ CameraInfo SimBackend::describe() const {
   info.frame_rate = options_.frame_rate;
   info.exposure_s = options_.exposure_s;
   info.calibration = world_->rig;
-  if (cleaning().any()) {
-    info.notes.push_back("the panorama held numbers that are no radiance: replaced " + std::to_string(cleaning().nan) +
-                         " NaN, " + std::to_string(cleaning().infinite) + " infinite, " +
-                         std::to_string(cleaning().negative) + " negative values");
+  if (sanitize_counts().any()) {
+    info.notes.push_back("the panorama held numbers that are no radiance: replaced " + std::to_string(sanitize_counts().nan) +
+                         " NaN, " + std::to_string(sanitize_counts().infinite) + " infinite, " +
+                         std::to_string(sanitize_counts().negative) + " negative values");
   }
   const RingPlan& plan = ring_.plan();
   if (plan.pictures() < plan.wanted) {
@@ -93,7 +93,7 @@ void SimBackend::release(int /*slot*/) {
 }
 
 void SimBackend::run(FrameSink& sink, const std::stop_token& stop) {
-  const int limit = frames_to_lend(static_cast<int>(options_.exposure_s.size()));
+  const int limit = required_buffer_count(static_cast<int>(options_.exposure_s.size()));
   const double rate = options_.frame_rate;
   const std::uint64_t first = next_sequence_;
   const Clock::time_point start = Clock::now();
@@ -103,7 +103,7 @@ void SimBackend::run(FrameSink& sink, const std::stop_token& stop) {
     return start + std::chrono::nanoseconds(std::llround(s * 1e9));
   };
   for (std::uint64_t tick = 0;;) {
-    if (!(rate > 0) && !sink.wait_for_room(stop)) return;
+    if (!(rate > 0) && !sink.wait_for_space(stop)) return;
     bool lend = false;
     {
       std::unique_lock lock(mutex_);

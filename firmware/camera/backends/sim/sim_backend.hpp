@@ -44,7 +44,7 @@ class SimBackend final : public CameraBackend, public FrameOwner {
   [[nodiscard]] State state() const override { return state_; }
 
   /// After open(): what had to be replaced in the panorama's file.
-  [[nodiscard]] const sim::Cleaning& cleaning() const { return world_->cleaning; }
+  [[nodiscard]] const sim::SanitizeCounts& sanitize_counts() const { return world_->sanitize_counts; }
   /// After open(): the world, for Scene::state_at() and Scene::radiance().
   [[nodiscard]] const sim::Scene& scene() const { return world_->scene; }
   /// The index for Scene::state_at() of the frame with this number.

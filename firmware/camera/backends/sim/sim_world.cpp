@@ -14,14 +14,14 @@ namespace {
 // Scene time needs a rate even where frames have none.
 constexpr double kNominalRate = 30;
 // No exposure of ours is shorter: what a small sensor can do.
-constexpr double kShortestExposure = 1e-6;
+constexpr double kMinExposure_s = 1e-6;
 
 double suitable_exposure(const SimOptions& options, const RigParameters& rig, const sim::Panorama& panorama) {
   if (options.sensor == PixelFormat::rgb_f32) return 1;
   const double exposure = sim::exposure_below_saturation(sim::sensor_of(rig, options.sensor, options.seed),
                                                          sim::luminance_percentile(panorama, 0.99), options.gain);
   // A camera cannot expose for longer than a frame lasts.
-  return std::clamp(exposure, kShortestExposure, 1 / scene_rate(options));
+  return std::clamp(exposure, kMinExposure_s, 1 / scene_rate(options));
 }
 
 void lower_rate(SimOptions& options) {
@@ -76,7 +76,7 @@ Result<std::unique_ptr<SimWorld>> make_sim_world(SimOptions options) {
   if (!path) return failed(path.status());
   Result<sim::Panorama> panorama = sim::load_panorama(*path);
   if (!panorama) return failed(panorama.status());
-  const sim::Cleaning cleaning = panorama->cleaning;
+  const sim::SanitizeCounts sanitize_counts = panorama->sanitize_counts;
 
   if (options.exposure_s.empty()) options.exposure_s = {suitable_exposure(options, *rig, *panorama)};
   lower_rate(options);
@@ -89,7 +89,7 @@ Result<std::unique_ptr<SimWorld>> make_sim_world(SimOptions options) {
   motion.cycle_frames = plan->cycle;
   motion.switch_period_frames = plan->switch_period;
   return std::make_unique<SimWorld>(
-      SimWorld{std::move(options), std::move(*rig), cleaning, *plan, sim::Scene(std::move(*panorama), motion)});
+      SimWorld{std::move(options), std::move(*rig), sanitize_counts, *plan, sim::Scene(std::move(*panorama), motion)});
 }
 
 }  // namespace lightwell

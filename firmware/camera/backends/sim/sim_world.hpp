@@ -19,7 +19,7 @@ struct SimWorld {
   /// to what the longest exposure and the readout allow.
   SimOptions options;
   RigParameters rig;
-  sim::Cleaning cleaning;  ///< What had to be replaced in the panorama's file.
+  sim::SanitizeCounts sanitize_counts;  ///< What had to be replaced in the panorama's file.
   RingPlan plan;
   sim::Scene scene;
 

@@ -19,9 +19,9 @@ std::string rate_text(double rate) {
   return text.data();
 }
 
-void note_picture(const Options& options, const Settled& settled, const Layout& layout, bool copied,
+void note_picture(const Options& options, const NegotiatedFormat& settled, const Layout& layout, bool copied,
                   std::vector<std::string>& notes) {
-  const Wanted& wanted = options.wanted;
+  const RequestedFormat& wanted = options.wanted;
   const Encoding& encoding = *settled.encoding;
   if (settled.width != wanted.width || settled.height != wanted.height)
     notes.push_back("pictures of " + size_text(settled.width, settled.height) + " in place of " +
@@ -54,18 +54,18 @@ void note_picture(const Options& options, const Settled& settled, const Layout& 
 Result<Connection> connect(const Options& options, std::vector<std::string>& notes) {
   Result<Device> device = Device::open(options.path);
   if (!device) return device.status();
-  const Result<Choice> choice = choose_mode(device->modes(options.wanted), options.wanted);
+  const Result<SelectedMode> choice = choose_mode(device->modes(options.wanted), options.wanted);
   if (!choice) return choice.status();
-  const Result<Settled> settled = device->set_mode(*choice);
+  const Result<NegotiatedFormat> settled = device->set_mode(*choice);
   if (!settled) return settled.status();
   std::vector<std::string> of_controls;
-  fix_controls(*device, options, of_controls);
-  Result<ExposureControl> exposure = settle_exposure(*device, options, settled->rate, of_controls);
+  disable_auto_controls(*device, options, of_controls);
+  Result<ExposureControl> exposure = configure_exposure(*device, options, settled->rate, of_controls);
   if (!exposure) return exposure.status();
 
   const bool ours = settled->encoding->packing == Packing::none;
-  const int to_lend = frames_to_lend(static_cast<int>(exposure->seconds.size()));
-  const int wanted_buffers = kDriverKeeps + (ours ? to_lend : 1);
+  const int to_lend = required_buffer_count(static_cast<int>(exposure->seconds.size()));
+  const int wanted_buffers = kMinQueuedBuffers + (ours ? to_lend : 1);
   Result<MappedBuffers> buffers = device->map_buffers(wanted_buffers);
   if (!buffers) return buffers.status();
   const int given = static_cast<int>(buffers->all().size());

@@ -21,11 +21,11 @@ struct Connection {
   ExposureControl exposure;
   MappedBuffers buffers;
   /// Frames lend the driver's memory; otherwise they are converted, or copied where the driver gave too few buffers.
-  bool lends_buffers = false;
+  bool zero_copy = false;
 };
 
 /// Buffers that stay with the driver while all frames are lent, so that it goes on counting.
-inline constexpr int kDriverKeeps = 3;
+inline constexpr int kMinQueuedBuffers = 3;
 
 /// Opens, negotiates, sets controls, maps buffers. `notes` gets what CameraInfo::notes should say.
 [[nodiscard]] Result<Connection> connect(const Options& options, std::vector<std::string>& notes);

@@ -20,13 +20,13 @@ namespace lightwell::v4l2 {
 namespace {
 
 /// Frames until a step is taken to have had its effect, and those that are looked at after one.
-constexpr int kSettle = 12, kWatched = 12;
+constexpr int kSettleFrames = 12, kObservedFrames = 12;
 
 /// How bright the picture in a buffer is, 0 to 1.
 class LevelMeter {
  public:
   LevelMeter(const Connection& connection, Converter& converter) : connection_(connection), converter_(converter) {
-    if (!connection.lends_buffers) memory_.resize(connection.layout.picture_bytes / sizeof(std::max_align_t) + 1);
+    if (!connection.zero_copy) memory_.resize(connection.layout.picture_bytes / sizeof(std::max_align_t) + 1);
   }
 
   /// Nothing where it is damaged.
@@ -34,7 +34,7 @@ class LevelMeter {
     const std::span<const std::byte> all = connection_.buffers.all()[buffer.index].memory;
     std::span<const std::byte> bytes = all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
     if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0 || bytes.size() < connection_.layout.bytes) return std::nullopt;
-    if (!connection_.lends_buffers) {
+    if (!connection_.zero_copy) {
       const std::span<std::byte> picture = std::as_writable_bytes(std::span(memory_));
       if (!converter_.convert(bytes, picture)) return std::nullopt;
       bytes = picture;
@@ -61,8 +61,8 @@ class StepMeter {
       if (failed == EAGAIN) {
         if (came >= frames) return {};
         pollfd waiting{device_.descriptor(), POLLIN, 0};
-        constexpr int kPatience_ms = 5000;
-        if (::poll(&waiting, 1, kPatience_ms) == 0) return device_.error("streams no frames", ETIMEDOUT);
+        constexpr int kTimeout_ms = 5000;
+        if (::poll(&waiting, 1, kTimeout_ms) == 0) return device_.error("streams no frames", ETIMEDOUT);
         if ((waiting.revents & POLLIN) == 0 && waiting.revents != 0) return device_.error("stopped streaming", EIO);
         continue;
       }
@@ -81,7 +81,7 @@ class StepMeter {
   /// Settles, sets `code`, and says how long that took to show; nothing where it does not, or where it was set while
   /// another frame came.
   [[nodiscard]] Result<std::optional<int>> step_to(std::uint32_t control, int code) {
-    if (Status s = watch(kSettle); !s.ok()) return s;
+    if (Status s = watch(kSettleFrames); !s.ok()) return s;
     constexpr std::size_t kBefore = 4;
     if (levels_.size() > kBefore) levels_.erase(levels_.begin(), levels_.end() - kBefore);
     const std::uint64_t set_at = newest_;
@@ -89,7 +89,7 @@ class StepMeter {
       return device_.error("takes no exposure", failed);
     pollfd next{device_.descriptor(), POLLIN, 0};
     const bool in_time = ::poll(&next, 1, 0) == 0;
-    if (Status s = watch(kWatched); !s.ok()) return s;
+    if (Status s = watch(kObservedFrames); !s.ok()) return s;
     const std::optional<int> delay = in_time ? delay_of_step(levels_, set_at) : std::nullopt;
     levels_.clear();
     return delay;

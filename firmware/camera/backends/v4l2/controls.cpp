@@ -8,7 +8,7 @@
 namespace lightwell::v4l2 {
 namespace {
 
-struct Wish {
+struct ControlSetting {
   std::uint32_t id = 0;
   const char* name = "";
   int value = 0;
@@ -47,22 +47,22 @@ ExposureControl unknown_exposure(double rate) { return {std::nullopt, {}, {1 / (
 
 }  // namespace
 
-void fix_controls(Device& device, const Options& options, std::vector<std::string>& notes) {
+void disable_auto_controls(Device& device, const Options& options, std::vector<std::string>& notes) {
   std::optional<Control> gain = device.control(V4L2_CID_GAIN);
   if (!gain) gain = device.control(V4L2_CID_ANALOGUE_GAIN);
   // In this order: values can be set once their automatics are off.
   const std::array wishes = {
-      Wish{V4L2_CID_AUTOGAIN, "automatic gain", 0, false},
-      Wish{V4L2_CID_AUTO_WHITE_BALANCE, "automatic white balance", 0, false},
-      Wish{V4L2_CID_FOCUS_AUTO, "automatic focus", 0, false},
-      Wish{V4L2_CID_EXPOSURE_AUTO_PRIORITY, "rate that follows exposure", 0, false},
-      Wish{V4L2_CID_BACKLIGHT_COMPENSATION, "backlight compensation", 0, false},
-      Wish{gain ? gain->id : V4L2_CID_GAIN, "gain", options.gain.value_or(gain ? gain->range.min : 0), true},
-      Wish{V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance", options.white_balance_kelvin, true},
-      Wish{V4L2_CID_POWER_LINE_FREQUENCY, "power-line filter", options.power_line, false},
+      ControlSetting{V4L2_CID_AUTOGAIN, "automatic gain", 0, false},
+      ControlSetting{V4L2_CID_AUTO_WHITE_BALANCE, "automatic white balance", 0, false},
+      ControlSetting{V4L2_CID_FOCUS_AUTO, "automatic focus", 0, false},
+      ControlSetting{V4L2_CID_EXPOSURE_AUTO_PRIORITY, "rate that follows exposure", 0, false},
+      ControlSetting{V4L2_CID_BACKLIGHT_COMPENSATION, "backlight compensation", 0, false},
+      ControlSetting{gain ? gain->id : V4L2_CID_GAIN, "gain", options.gain.value_or(gain ? gain->range.min : 0), true},
+      ControlSetting{V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance", options.white_balance_kelvin, true},
+      ControlSetting{V4L2_CID_POWER_LINE_FREQUENCY, "power-line filter", options.power_line, false},
   };
   std::vector<std::string> in_force, missing, refused;
-  for (const Wish& wish : wishes) {
+  for (const ControlSetting& wish : wishes) {
     const std::optional<Control> control = device.control(wish.id);
     if (!control) {
       if (wish.missed) missing.emplace_back(wish.name);
@@ -81,7 +81,7 @@ void fix_controls(Device& device, const Options& options, std::vector<std::strin
   if (!refused.empty()) notes.push_back("the device does not let these be set: " + joined(refused));
 }
 
-Result<ExposureControl> settle_exposure(Device& device, const Options& options, double rate,
+Result<ExposureControl> configure_exposure(Device& device, const Options& options, double rate,
                                         std::vector<std::string>& notes) {
   const bool manual = make_manual(device);
   const std::optional<Control> control = device.control(V4L2_CID_EXPOSURE_ABSOLUTE);

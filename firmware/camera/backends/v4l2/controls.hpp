@@ -1,5 +1,5 @@
 // Everything that a camera would change by itself is switched off, and what is in force is read back.
-//   fix_controls(), ExposureControl, settle_exposure()
+//   disable_auto_controls(), ExposureControl, configure_exposure()
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@ inline constexpr double kExposureUnit_s = 1e-4;
 
 /// Gain, white balance, power-line filter, focus and whatever else is automatic. `notes` gets what is in force now, as
 /// read back, and what the device lacks.
-void fix_controls(Device& device, const Options& options, std::vector<std::string>& notes);
+void disable_auto_controls(Device& device, const Options& options, std::vector<std::string>& notes);
 
 /// The cycle of exposures.
 struct ExposureControl {
@@ -27,7 +27,7 @@ struct ExposureControl {
 
 /// Manual exposure, set to each of options.exposure_s and read back, at last to the first one. `rate` is the device's,
 /// 0 where it does not say. invalid_argument for a bracket on a device that has no such control.
-[[nodiscard]] Result<ExposureControl> settle_exposure(Device& device, const Options& options, double rate,
+[[nodiscard]] Result<ExposureControl> configure_exposure(Device& device, const Options& options, double rate,
                                                       std::vector<std::string>& notes);
 
 }  // namespace lightwell::v4l2

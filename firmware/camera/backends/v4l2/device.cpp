@@ -162,22 +162,22 @@ Status Device::identify() {
   return {};
 }
 
-std::vector<Mode> Device::modes(const Wanted& wanted) const {
+std::vector<Mode> Device::modes(const RequestedFormat& wanted) const {
   std::vector<Mode> modes;
   auto format = zeroed<v4l2_fmtdesc>();
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   // A driver that never says no would keep us here for ever.
-  constexpr std::uint32_t kMost = 256;
-  for (; format.index < kMost && call(fd_, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
+  constexpr std::uint32_t kMaxEntries = 256;
+  for (; format.index < kMaxEntries && call(fd_, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
     add_modes(format.pixelformat, wanted, modes);
   return modes;
 }
 
-void Device::add_modes(std::uint32_t fourcc, const Wanted& wanted, std::vector<Mode>& modes) const {
-  constexpr std::uint32_t kMost = 1024;
+void Device::add_modes(std::uint32_t fourcc, const RequestedFormat& wanted, std::vector<Mode>& modes) const {
+  constexpr std::uint32_t kMaxEntries = 1024;
   auto size = zeroed<v4l2_frmsizeenum>();
   size.pixel_format = fourcc;
-  for (; size.index < kMost && call(fd_, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
+  for (; size.index < kMaxEntries && call(fd_, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
     if (size.type == V4L2_FRMSIZE_TYPE_DISCRETE) {
       modes.push_back(
           mode_with_intervals(fourcc, static_cast<int>(size.discrete.width), static_cast<int>(size.discrete.height)));
@@ -195,7 +195,7 @@ void Device::add_modes(std::uint32_t fourcc, const Wanted& wanted, std::vector<M
 }
 
 Mode Device::mode_with_intervals(std::uint32_t fourcc, int width, int height) const {
-  constexpr std::uint32_t kMost = 256;
+  constexpr std::uint32_t kMaxEntries = 256;
   Mode mode{fourcc, width, height, {}, false};
   auto interval = zeroed<v4l2_frmivalenum>();
   interval.pixel_format = fourcc;
@@ -204,7 +204,7 @@ Mode Device::mode_with_intervals(std::uint32_t fourcc, int width, int height) co
   const auto add = [&mode](const v4l2_fract& f) {
     if (f.numerator > 0 && f.denominator > 0) mode.intervals.push_back({f.numerator, f.denominator});
   };
-  for (; interval.index < kMost && call(fd_, VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
+  for (; interval.index < kMaxEntries && call(fd_, VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
     if (interval.type == V4L2_FRMIVAL_TYPE_DISCRETE) {
       add(interval.discrete);
       continue;
@@ -217,7 +217,7 @@ Mode Device::mode_with_intervals(std::uint32_t fourcc, int width, int height) co
   return mode;
 }
 
-Result<Settled> Device::set_mode(const Choice& choice) {
+Result<NegotiatedFormat> Device::set_mode(const SelectedMode& choice) {
   auto format = zeroed<v4l2_format>();
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   v4l2_pix_format& pix = format.fmt.pix;
@@ -229,7 +229,7 @@ Result<Settled> Device::set_mode(const Choice& choice) {
     return error("refuses " + std::to_string(choice.mode.width) + "x" + std::to_string(choice.mode.height) + " " +
                      fourcc_text(choice.mode.fourcc),
                  failed);
-  Settled settled;
+  NegotiatedFormat settled;
   settled.encoding = encoding_of(pix.pixelformat);
   if (settled.encoding == nullptr || pix.width > 1 << 20 || pix.height > 1 << 20)
     return Status(StatusCode::invalid_argument,
@@ -328,14 +328,14 @@ Status Device::error(const std::string& doing, int error) const {
           "v4l2: '" + path_ + "'" + (card_.empty() ? "" : " (" + card_ + ")") + " " + doing + ": " + remedy_of(error)};
 }
 
-Waited wait_for(const Device* device, int stop, int milliseconds) {
+PollResult wait_for(const Device* device, int stop, int milliseconds) {
   // poll() leaves out what is negative.
   std::array<pollfd, 2> watched = {pollfd{stop, POLLIN, 0},
                                    pollfd{device != nullptr ? device->descriptor() : -1, POLLIN, 0}};
   // Interrupted is as good as nothing: the caller comes back.
-  if (::poll(watched.data(), watched.size(), milliseconds) <= 0) return Waited::nothing;
-  if (watched[0].revents != 0) return Waited::stopped;
-  return (watched[1].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0 ? Waited::broken : Waited::ready;
+  if (::poll(watched.data(), watched.size(), milliseconds) <= 0) return PollResult::nothing;
+  if (watched[0].revents != 0) return PollResult::stopped;
+  return (watched[1].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0 ? PollResult::broken : PollResult::ready;
 }
 
 }  // namespace lightwell::v4l2

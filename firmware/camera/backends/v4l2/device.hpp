@@ -42,7 +42,7 @@ struct Control {
 };
 
 /// What the driver settled on.
-struct Settled {
+struct NegotiatedFormat {
   const Encoding* encoding = nullptr;
   int width = 0, height = 0;
   std::size_t bytes_per_line = 0, size_image = 0;
@@ -82,9 +82,9 @@ class Device {
   [[nodiscard]] int descriptor() const { return fd_.get(); }
 
   /// Of a format whose sizes come in steps, the size nearest to the one wanted.
-  [[nodiscard]] std::vector<Mode> modes(const Wanted& wanted) const;
+  [[nodiscard]] std::vector<Mode> modes(const RequestedFormat& wanted) const;
   /// The driver may settle on something else; invalid_argument where that cannot be read.
-  [[nodiscard]] Result<Settled> set_mode(const Choice& choice);
+  [[nodiscard]] Result<NegotiatedFormat> set_mode(const SelectedMode& choice);
 
   /// Nothing where the device has no such control, or it cannot be set.
   [[nodiscard]] std::optional<Control> control(std::uint32_t id) const;
@@ -107,7 +107,7 @@ class Device {
  private:
   Device(std::string path, FileDescriptor fd) : path_(std::move(path)), fd_(std::move(fd)) {}
   [[nodiscard]] Status identify();
-  void add_modes(std::uint32_t fourcc, const Wanted& wanted, std::vector<Mode>& modes) const;
+  void add_modes(std::uint32_t fourcc, const RequestedFormat& wanted, std::vector<Mode>& modes) const;
   [[nodiscard]] Mode mode_with_intervals(std::uint32_t fourcc, int width, int height) const;
 
   std::string path_;
@@ -117,13 +117,13 @@ class Device {
 };
 
 /// What wait_for() waited for.
-enum class Waited : std::uint8_t {
+enum class PollResult : std::uint8_t {
   ready,    ///< A frame.
   broken,   ///< The device reports an error or is gone.
   nothing,  ///< Time is over.
   stopped,  ///< `stop` is readable.
 };
 /// Without a device, for `stop` alone.
-[[nodiscard]] Waited wait_for(const Device* device, int stop, int milliseconds);
+[[nodiscard]] PollResult wait_for(const Device* device, int stop, int milliseconds);
 
 }  // namespace lightwell::v4l2

@@ -57,9 +57,9 @@ std::optional<int> ExposureSchedule::index_of(std::uint64_t sequence) const {
 std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t set_at) {
   constexpr std::size_t kBefore = 3, kAfter = 6, kLast = 3;
   // Below these the change might be the scene's or the noise's.
-  constexpr double kLeastStep = 0.01, kLeastShare = 0.1, kTimesTheSpread = 4;
+  constexpr double kMinStep = 0.01, kMinRelativeStep = 0.1, kTimesTheSpread = 4;
   // Of the step, by which a frame may miss its plateau: a frame half way was exposed half and half.
-  constexpr double kSteep = 0.25;
+  constexpr double kMaxPlateauError = 0.25;
 
   const auto first_after =
       std::ranges::find_if(levels, [set_at](const Level& l) { return l.sequence > set_at; }) - levels.begin();
@@ -71,19 +71,19 @@ std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t se
 
   const Plateau low = plateau_of(before), high = plateau_of(after.last(kLast));
   const double step = high.mean - low.mean, size = std::abs(step);
-  if (size < kLeastStep || size < kLeastShare * std::max(low.mean, high.mean) ||
+  if (size < kMinStep || size < kMinRelativeStep * std::max(low.mean, high.mean) ||
       size < kTimesTheSpread * std::max(low.spread, high.spread))
     return std::nullopt;
 
   const Level* last_old = &before.back();
   for (std::size_t i = 0; i < after.size(); ++i) {
     const double share = (after[i].level - low.mean) / step;
-    if (std::abs(share) <= kSteep) {
+    if (std::abs(share) <= kMaxPlateauError) {
       last_old = &after[i];
       continue;
     }
     for (const Level& l : after.subspan(i))
-      if (std::abs((l.level - low.mean) / step - 1) > kSteep) return std::nullopt;
+      if (std::abs((l.level - low.mean) / step - 1) > kMaxPlateauError) return std::nullopt;
     if (after[i].sequence != last_old->sequence + 1) return std::nullopt;
     const std::uint64_t delay = after[i].sequence - set_at;
     return delay <= static_cast<std::uint64_t>(ExposureSchedule::kMaxDelay) ? std::optional(static_cast<int>(delay))

@@ -34,7 +34,7 @@ std::byte* JpegMemory::take(int pool, std::size_t bytes) {
   return memory;
 }
 
-void JpegMemory::start_anew() {
+void JpegMemory::reset_pool() {
   if (wanted_ > capacity_) {
     lines_.reset(new (std::nothrow) Line[wanted_]);
     capacity_ = lines_ ? wanted_ : 0;
@@ -70,7 +70,7 @@ JBLOCKARRAY JpegMemory::alloc_blocks(j_common_ptr common, int pool, JDIMENSION b
 
 void JpegMemory::free_pool(j_common_ptr common, int pool) {
   of(common).libjpegs_.free_pool(common, pool);
-  if (pool == JPOOL_IMAGE) of(common).start_anew();
+  if (pool == JPOOL_IMAGE) of(common).reset_pool();
 }
 
 }  // namespace lightwell::v4l2

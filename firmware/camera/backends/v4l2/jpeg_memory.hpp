@@ -28,7 +28,7 @@ class JpegMemory {
   static void free_pool(j_common_ptr common, int pool);
   /// Null where there is no room.
   [[nodiscard]] std::byte* take(int pool, std::size_t bytes);
-  void start_anew();
+  void reset_pool();
 
   struct alignas(64) Line {  // What the widest vectors want, and what rows are padded to.
     std::byte bytes[64];

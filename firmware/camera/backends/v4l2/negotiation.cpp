@@ -11,10 +11,10 @@
 namespace lightwell::v4l2 {
 namespace {
 
-constexpr double kEnoughOfTheRate = 0.95;
+constexpr double kMinRateFraction = 0.95;
 
 /// 0 for the size itself, then sizes that hold it by what is too much, then the others by what is missing.
-std::tuple<int, long> size_rank(const Mode& mode, const Wanted& wanted) {
+std::tuple<int, long> size_rank(const Mode& mode, const RequestedFormat& wanted) {
   if (mode.width == wanted.width && mode.height == wanted.height) return {0, 0};
   const long area = static_cast<long>(mode.width) * mode.height;
   if (mode.width >= wanted.width && mode.height >= wanted.height) return {1, area};
@@ -51,7 +51,7 @@ struct Rank {
   friend auto operator<=>(const Rank&, const Rank&) = default;
 };
 
-Status nothing_fits(std::span<const Mode> modes, const Wanted& wanted) {
+Status nothing_fits(std::span<const Mode> modes, const RequestedFormat& wanted) {
   std::set<std::string> offered;
   for (const Mode& mode : modes) offered.insert(fourcc_text(mode.fourcc));
   std::string list;
@@ -75,7 +75,7 @@ int nearest_in(const StepRange& range, int wanted) {
   return static_cast<int>(value);
 }
 
-Result<Choice> choose_mode(std::span<const Mode> modes, const Wanted& wanted) {
+Result<SelectedMode> choose_mode(std::span<const Mode> modes, const RequestedFormat& wanted) {
   const Mode* best = nullptr;
   Rank best_rank;
   Fraction best_interval;
@@ -85,7 +85,7 @@ Result<Choice> choose_mode(std::span<const Mode> modes, const Wanted& wanted) {
     const Fraction interval = nearest_interval(mode, wanted.rate);
     const double rate = interval.rate();
     // Who does not say is taken at its best.
-    const bool too_slow = rate > 0 && rate < kEnoughOfTheRate * wanted.rate;
+    const bool too_slow = rate > 0 && rate < kMinRateFraction * wanted.rate;
     const Rank rank{size_rank(mode, wanted), too_slow ? 1 : 0, encoding - encodings().data(),
                     rate > 0 ? std::abs(rate - wanted.rate) : 0};
     if (best != nullptr && !(rank < best_rank)) continue;
@@ -94,7 +94,7 @@ Result<Choice> choose_mode(std::span<const Mode> modes, const Wanted& wanted) {
     best_interval = interval;
   }
   if (best == nullptr) return nothing_fits(modes, wanted);
-  return Choice{*best, best_interval};
+  return SelectedMode{*best, best_interval};
 }
 
 }  // namespace lightwell::v4l2

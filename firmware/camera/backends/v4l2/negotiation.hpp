@@ -38,13 +38,13 @@ struct Mode {
   bool any_between = false;
 };
 
-struct Wanted {
+struct RequestedFormat {
   int width = 640, height = 480;
   double rate = 30;
   std::string format;  ///< An Encoding's name; empty: any that can be read.
 };
 
-struct Choice {
+struct SelectedMode {
   Mode mode;
   Fraction interval;  ///< {0, 1} where the device does not say what it offers.
 };
@@ -52,6 +52,6 @@ struct Choice {
 /// In this order: the size that is asked for, else the smallest that holds it, else the largest; a rate of at least
 /// 95 % of the one asked for; the order of encodings(); the rate that lies nearest.
 /// invalid_argument names what there is where nothing of it can be read, or not in the format asked for.
-[[nodiscard]] Result<Choice> choose_mode(std::span<const Mode> modes, const Wanted& wanted);
+[[nodiscard]] Result<SelectedMode> choose_mode(std::span<const Mode> modes, const RequestedFormat& wanted);
 
 }  // namespace lightwell::v4l2

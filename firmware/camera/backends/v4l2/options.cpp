@@ -13,7 +13,7 @@
 namespace lightwell::v4l2 {
 namespace {
 
-constexpr double kLongestExposure_s = 60;
+constexpr double kMaxExposure_s = 60;
 
 Status bad(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
@@ -67,7 +67,7 @@ Result<Options> parse_options(const CameraUri& uri, const CameraConfig& config) 
   if (!options.exposure_s.empty())
     if (const Status s = check_exposures(options.exposure_s); !s.ok()) return bad("v4l2: exposure: " + s.message());
   for (const double e : options.exposure_s)
-    if (e > kLongestExposure_s) return bad("v4l2: exposure: the longest is 60 s");
+    if (e > kMaxExposure_s) return bad("v4l2: exposure: the longest is 60 s");
   // How a driver's gain numbers relate to light, V4L2 does not say.
   if (config.gain != 1)
     return bad(

@@ -17,7 +17,7 @@ namespace lightwell::v4l2 {
 
 struct Options {
   std::string path;                ///< Of the device's node; symbolic links are followed anew when it comes back.
-  Wanted wanted;                   ///< From the URI, else from the configuration.
+  RequestedFormat wanted;                   ///< From the URI, else from the configuration.
   std::vector<double> exposure_s;  ///< A bracket; empty: what the camera starts with.
   std::optional<int> gain;         ///< In the device's own numbers; empty: the lowest.
   int white_balance_kelvin = 5000;

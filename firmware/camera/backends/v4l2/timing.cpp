@@ -7,17 +7,17 @@
 
 namespace lightwell::v4l2 {
 
-Stamp trusted_stamp(std::uint32_t flags, ProbeTime stamp, ProbeTime arrival, Duration oldest) {
+Timestamp validate_timestamp(std::uint32_t flags, ProbeTime stamp, ProbeTime arrival, Duration oldest) {
   const bool monotonic = (flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-  if (!monotonic || stamp > arrival || arrival - stamp > oldest) return {arrival, Stamp::Event::end_of_frame};
+  if (!monotonic || stamp > arrival || arrival - stamp > oldest) return {arrival, Timestamp::Event::end_of_frame};
   const bool start = (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-  return {stamp, start ? Stamp::Event::start_of_exposure : Stamp::Event::end_of_frame};
+  return {stamp, start ? Timestamp::Event::start_of_exposure : Timestamp::Event::end_of_frame};
 }
 
-ProbeTime mid_exposure(const Stamp& stamp, double exposure_s, const Rows& rows) {
+ProbeTime mid_exposure(const Timestamp& stamp, double exposure_s, const RowTiming& rows) {
   const Duration half{std::llround(exposure_s * 1e9 / 2)};
   const auto rows_long = [&rows](double n) { return Duration{std::llround(n * static_cast<double>(rows.readout.ns))}; };
-  if (stamp.event == Stamp::Event::start_of_exposure) return stamp.at + rows_long(rows.centre) + half;
+  if (stamp.event == Timestamp::Event::start_of_exposure) return stamp.at + rows_long(rows.centre) + half;
   return stamp.at - rows_long(rows.count - rows.centre) - half;
 }
 
@@ -35,8 +35,8 @@ std::uint64_t SequenceCounter::number(std::uint32_t driver) {
   return next_++;
 }
 
-bool Punctuality::in_time(int index, Duration latency, Duration interval) {
-  Least& least = least_[static_cast<std::size_t>(index)];
+bool LatencyMonitor::in_time(int index, Duration latency, Duration interval) {
+  LatencyMinimum& least = minima_[static_cast<std::size_t>(index)];
   if (least.count++ == kBlock) {
     least.before = least.now;
     least.now = kNever;

@@ -1,7 +1,7 @@
 // When a frame was exposed, and which number it has: from what a driver says of a buffer.
-//   Stamp, Rows, trusted_stamp(), mid_exposure()
+//   Stamp, Rows, validate_timestamp(), mid_exposure()
 //   SequenceCounter
-//   Punctuality
+//   LatencyMonitor
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 namespace lightwell::v4l2 {
 
 /// An instant of CLOCK_MONOTONIC and what happened then.
-struct Stamp {
+struct Timestamp {
   enum class Event : std::uint8_t {
     start_of_exposure,  ///< Of the first row.
     end_of_frame,       ///< The last row has been read out.
@@ -24,7 +24,7 @@ struct Stamp {
 };
 
 /// What the shutter does to the rows of the driver's picture.
-struct Rows {
+struct RowTiming {
   int count = 0;
   double centre = 0;  ///< Number of the row that counts, from 0: the middle of what frames show.
   Duration readout;   ///< From one row's exposure to the next row's.
@@ -33,12 +33,12 @@ struct Rows {
 /// What a driver says of a buffer's time. `flags` are V4L2's; `arrival` is when the buffer was taken. Where the clock
 /// is not CLOCK_MONOTONIC, and where the stamp lies in the future or more than `oldest` ago (drivers that convert a
 /// device's clock err like that), the arrival stands in as the end of the frame.
-[[nodiscard]] Stamp trusted_stamp(std::uint32_t flags, ProbeTime stamp, ProbeTime arrival, Duration oldest);
+[[nodiscard]] Timestamp validate_timestamp(std::uint32_t flags, ProbeTime stamp, ProbeTime arrival, Duration oldest);
 
 /// Of the centre row.
 ///   start_of_exposure: row r begins r readouts later, and half the exposure after that is its middle.
 ///   end_of_frame: row r's exposure ended (count - r) readouts earlier, and its middle half the exposure before that.
-[[nodiscard]] ProbeTime mid_exposure(const Stamp& stamp, double exposure_s, const Rows& rows);
+[[nodiscard]] ProbeTime mid_exposure(const Timestamp& stamp, double exposure_s, const RowTiming& rows);
 
 /// Numbers that grow for ever, from a driver's 32 bits that start anew with each stream.
 class SequenceCounter {
@@ -56,7 +56,7 @@ class SequenceCounter {
 
 /// Whether a frame was answered about as soon as others were. A thread that was held up for half a frame sees no newer
 /// one waiting, and what it sets may come too late for the frame that it was meant for.
-class Punctuality {
+class LatencyMonitor {
  public:
   /// Of one frame: `latency` from its stamp to the answer. `index` is its place in the cycle, as stamps of the start
   /// make long exposures look late. False for more than a third of `interval` beyond the least of the last 64 to 128.
@@ -65,11 +65,11 @@ class Punctuality {
  private:
   static constexpr int kBlock = 64;
   static constexpr Duration kNever{INT64_MAX};
-  struct Least {
+  struct LatencyMinimum {
     Duration before = kNever, now = kNever;  ///< Of the block before and of this one.
     int count = 0;
   };
-  std::array<Least, kMaxBracket> least_{};
+  std::array<LatencyMinimum, kMaxBracket> minima_{};
 };
 
 }  // namespace lightwell::v4l2

@@ -17,7 +17,7 @@
 #include "camera/backends/v4l2/control_delay.hpp"
 #include "camera/backends/v4l2/converter.hpp"
 #include "camera/backends/v4l2/exposure_schedule.hpp"
-#include "camera/backends/v4l2/loans.hpp"
+#include "camera/backends/v4l2/buffer_pool.hpp"
 #include "camera/backends/v4l2/timing.hpp"
 
 namespace lightwell {
@@ -25,7 +25,7 @@ namespace {
 
 using namespace v4l2;
 
-constexpr int kLook_ms = 250;  ///< For a device that is away, and whether one that is there has fallen silent.
+constexpr int kPollPeriod_ms = 250;  ///< For a device that is away, and whether one that is there has fallen silent.
 
 ProbeTime now() { return {monotonic_now_ns()}; }
 
@@ -53,9 +53,9 @@ class Backend final : public V4l2Camera {
   [[nodiscard]] int begin_stream();
 
   void run(FrameSink& sink);
-  void lose();
-  void look_for_device();
-  [[nodiscard]] bool has_fallen_silent() const;
+  void mark_lost();
+  void try_reopen();
+  [[nodiscard]] bool has_timed_out() const;
   [[nodiscard]] bool take_frames(FrameSink& sink, bool broken);
   [[nodiscard]] bool cycle_exposure(const v4l2_buffer& newest, std::uint64_t number);
   [[nodiscard]] bool is_punctual(const v4l2_buffer& newest, std::uint64_t number);
@@ -80,24 +80,24 @@ class Backend final : public V4l2Camera {
   bool lends_buffers_ = false;
   std::string name_;
   std::optional<ExposureSchedule> schedule_;
-  std::optional<Loans> loans_;
+  std::optional<BufferPool> pool_;
   std::optional<Converter> converter_;
 
   // Of the thread while it runs. No device: it is lost.
   std::optional<Device> device_;
   ExposureControl exposure_;
   SequenceCounter sequence_;
-  Punctuality punctuality_;
+  LatencyMonitor punctuality_;
   ProbeTime last_arrival_, last_mid_;
   bool has_begun_ = false;  ///< A frame has come since streaming began.
 
   struct {
-    std::atomic<std::uint64_t> delivered{0}, damaged{0}, late{0}, crowded{0}, unsettled{0}, untimely{0}, losses{0};
+    std::atomic<std::uint64_t> delivered{0}, damaged{0}, late{0}, no_free_buffer{0}, wrong_exposure{0}, non_monotonic{0}, disconnects{0};
   } counts_;
 };
 
 Result<CameraInfo> Backend::open() {
-  if (loans_) return Status(StatusCode::failed_precondition, "v4l2: is open already");
+  if (pool_) return Status(StatusCode::failed_precondition, "v4l2: is open already");
   if (stop_.get() < 0) return Status(StatusCode::resource_exhausted, "v4l2: no file descriptor is left");
   std::vector<std::string> notes;
   Result<Connection> connection = connect(options_, notes);
@@ -109,7 +109,7 @@ Result<CameraInfo> Backend::open() {
 Status Backend::prepare(Connection& connection, std::vector<std::string>& notes) {
   encoding_ = connection.encoding;
   layout_ = connection.layout;
-  lends_buffers_ = connection.lends_buffers;
+  lends_buffers_ = connection.zero_copy;
   rate_ = connection.rate > 0 ? connection.rate : options_.wanted.rate;
   name_ = connection.device.card().empty() ? "v4l2:" + options_.path : connection.device.card();
   exposure_ = connection.exposure;
@@ -126,10 +126,10 @@ Status Backend::prepare(Connection& connection, std::vector<std::string>& notes)
     notes.push_back("a new exposure shows after " + std::to_string(delay) + " frames, as measured");
   }
   schedule_.emplace(bracket, delay);
-  loans_.emplace(frames_to_lend(bracket));
-  if (!lends_buffers_) loans_->allocate(layout_.picture_bytes);
+  pool_.emplace(required_buffer_count(bracket));
+  if (!lends_buffers_) pool_->allocate(layout_.picture_bytes);
   device_.emplace(std::move(connection.device));
-  loans_->adopt(std::move(connection.buffers));
+  pool_->adopt(std::move(connection.buffers));
   return {};
 }
 
@@ -146,23 +146,23 @@ CameraInfo Backend::describe(std::vector<std::string> notes) const {
 }
 
 Status Backend::connect_again() {
-  std::vector<std::string> said_before;
-  Result<Connection> connection = connect(options_, said_before);
+  std::vector<std::string> reported_before;
+  Result<Connection> connection = connect(options_, reported_before);
   if (!connection) return connection.status();
   // Whoever works with the frames was told of these.
   const bool as_before = connection->encoding == encoding_ && connection->layout == layout_ &&
-                         connection->lends_buffers == lends_buffers_ &&
+                         connection->zero_copy == lends_buffers_ &&
                          connection->exposure.seconds.size() == exposure_.seconds.size();
   if (!as_before)
     return {StatusCode::unavailable, "v4l2: '" + options_.path + "' is back, and gives other pictures than before"};
   exposure_ = std::move(connection->exposure);
   device_.emplace(std::move(connection->device));
-  loans_->adopt(std::move(connection->buffers));
+  pool_->adopt(std::move(connection->buffers));
   return {};
 }
 
 void Backend::disconnect() {
-  loans_->retire();
+  pool_->retire();
   device_.reset();
 }
 
@@ -170,8 +170,8 @@ int Backend::begin_stream() {
   if (exposure_.codes.size() > 1)
     if (const int failed = device_->set_control(exposure_.control->id, exposure_.codes.front()); failed != 0)
       return failed;
-  std::array<int, Loans::kMostBuffers> idle{};
-  const std::size_t count = loans_->take_idle(idle);
+  std::array<int, BufferPool::kMaxBuffers> idle{};
+  const std::size_t count = pool_->take_idle(idle);
   for (std::size_t i = 0; i < count; ++i)
     if (const int failed = device_->queue(idle[i]); failed != 0) return failed;
   if (const int failed = device_->stream_on(); failed != 0) return failed;
@@ -181,7 +181,7 @@ int Backend::begin_stream() {
 }
 
 Status Backend::start(FrameSink& sink) {
-  if (!loans_) return {StatusCode::failed_precondition, "v4l2: open() comes before start()"};
+  if (!pool_) return {StatusCode::failed_precondition, "v4l2: open() comes before start()"};
   if (thread_.joinable()) return {StatusCode::failed_precondition, "v4l2: stop() comes before the next start()"};
   // A device that went away while nobody looked is found out here, and may be back.
   const bool fresh = !device_;
@@ -217,46 +217,46 @@ void Backend::stop() {
 }
 
 V4l2Camera::Counts Backend::counts() const {
-  return {counts_.delivered, counts_.damaged,  counts_.late,  counts_.crowded,
-          counts_.unsettled, counts_.untimely, counts_.losses};
+  return {counts_.delivered, counts_.damaged,  counts_.late,  counts_.no_free_buffer,
+          counts_.wrong_exposure, counts_.non_monotonic, counts_.disconnects};
 }
 
 std::optional<V4l2Camera::DmaBuffer> Backend::dma_buffer(const View& view) const {
-  if (!loans_) return std::nullopt;
-  const std::optional<Loans::Export> found = loans_->dma_buffer(view.data.data());
+  if (!pool_) return std::nullopt;
+  const std::optional<BufferPool::Export> found = pool_->dma_buffer(view.data.data());
   return found ? std::optional(DmaBuffer{found->fd, found->offset}) : std::nullopt;
 }
 
 void Backend::run(FrameSink& sink) {
   while (true) {
-    const Waited waited = wait_for(device_ ? &*device_ : nullptr, stop_.get(), kLook_ms);
-    if (waited == Waited::stopped) return;
+    const PollResult waited = wait_for(device_ ? &*device_ : nullptr, stop_.get(), kPollPeriod_ms);
+    if (waited == PollResult::stopped) return;
     if (!device_) {
-      look_for_device();
-    } else if (waited == Waited::nothing) {
-      if (has_fallen_silent()) lose();
-    } else if (!take_frames(sink, waited == Waited::broken)) {
-      lose();
+      try_reopen();
+    } else if (waited == PollResult::nothing) {
+      if (has_timed_out()) mark_lost();
+    } else if (!take_frames(sink, waited == PollResult::broken)) {
+      mark_lost();
     }
   }
 }
 
 /// USB hosts and cameras are known to stop without a word.
-bool Backend::has_fallen_silent() const {
+bool Backend::has_timed_out() const {
   const double longest = *std::ranges::max_element(exposure_.seconds);
   // Some take seconds until the first frame.
-  const double patience_s = has_begun_ ? 2 : 5;
-  const Duration limit = Duration::from_seconds(patience_s + 10 * std::max(1 / rate_, longest));
+  const double timeout_s = has_begun_ ? 2 : 5;
+  const Duration limit = Duration::from_seconds(timeout_s + 10 * std::max(1 / rate_, longest));
   return now() - last_arrival_ > limit;
 }
 
-void Backend::lose() {
+void Backend::mark_lost() {
   disconnect();
-  ++counts_.losses;
+  ++counts_.disconnects;
   state_ = State::lost;
 }
 
-void Backend::look_for_device() {
+void Backend::try_reopen() {
   if (!connect_again().ok()) return;
   if (begin_stream() != 0) return disconnect();
   const double missed = (now() - last_arrival_).seconds() * rate_;
@@ -267,8 +267,8 @@ void Backend::look_for_device() {
 
 /// False where the device is lost.
 bool Backend::take_frames(FrameSink& sink, bool broken) {
-  std::array<int, Loans::kMostBuffers> returned{};
-  const std::size_t count = loans_->take_returned(returned);
+  std::array<int, BufferPool::kMaxBuffers> returned{};
+  const std::size_t count = pool_->take_returned(returned);
   for (std::size_t i = 0; i < count; ++i)
     if (device_->queue(returned[i]) != 0) return false;
 
@@ -276,7 +276,7 @@ bool Backend::take_frames(FrameSink& sink, bool broken) {
   v4l2_buffer newest{};
   std::optional<std::uint64_t> number;
   int failed = 0;
-  for (int taken = 0; taken < Loans::kMostBuffers; ++taken) {
+  for (int taken = 0; taken < BufferPool::kMaxBuffers; ++taken) {
     v4l2_buffer next;
     failed = device_->dequeue(next);
     if (failed != 0) break;
@@ -310,12 +310,12 @@ bool Backend::is_punctual(const v4l2_buffer& newest, std::uint64_t number) {
   // A frame without a place may have any exposure, and its stamp says nothing then.
   const std::optional<int> index = schedule_->index_of(number);
   if (!index) return true;
-  const Stamp stamp = trusted_stamp(newest.flags, stamp_of(newest), last_arrival_, oldest_stamp(*index));
+  const Timestamp stamp = validate_timestamp(newest.flags, stamp_of(newest), last_arrival_, oldest_stamp(*index));
   return punctuality_.in_time(*index, now() - stamp.at, Duration::from_seconds(1 / rate_));
 }
 
 std::span<const std::byte> Backend::bytes_of(const v4l2_buffer& buffer) const {
-  const std::span<std::byte> all = loans_->buffers()[buffer.index].memory;
+  const std::span<std::byte> all = pool_->buffers()[buffer.index].memory;
   return all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
 }
 
@@ -332,24 +332,24 @@ bool Backend::deliver(FrameSink& sink, const v4l2_buffer& buffer, std::uint64_t 
   }
   const std::optional<FrameInfo> info = describe_frame(buffer, number);
   if (!info) return give_back();
-  if (!loans_->may_lend()) {
-    ++counts_.crowded;
+  if (!pool_->may_lend()) {
+    ++counts_.no_free_buffer;
     return give_back();
   }
   Frame frame;
   if (lends_buffers_) {
-    frame = loans_->lend_buffer(static_cast<int>(buffer.index));
+    frame = pool_->lend_buffer(static_cast<int>(buffer.index));
     frame.add_view(view_of(*encoding_, layout_, bytes_of(buffer)));
   } else {
-    const int picture = loans_->free_picture();
-    const std::span<std::byte> memory = loans_->picture(picture);
+    const int picture = pool_->free_picture();
+    const std::span<std::byte> memory = pool_->picture(picture);
     const bool whole = converter_->convert(bytes_of(buffer), memory);
     if (!give_back()) return false;
     if (!whole) {
       ++counts_.damaged;
       return true;
     }
-    frame = loans_->lend_picture(picture);
+    frame = pool_->lend_picture(picture);
     frame.add_view(view_of(*encoding_, layout_, memory));
   }
   frame.info = *info;
@@ -364,7 +364,7 @@ bool Backend::deliver(FrameSink& sink, const v4l2_buffer& buffer, std::uint64_t 
 std::optional<FrameInfo> Backend::describe_frame(const v4l2_buffer& buffer, std::uint64_t number) {
   const std::optional<int> index = schedule_->index_of(number);
   if (!index) {
-    ++counts_.unsettled;
+    ++counts_.wrong_exposure;
     return std::nullopt;
   }
   FrameInfo info;
@@ -373,14 +373,14 @@ std::optional<FrameInfo> Backend::describe_frame(const v4l2_buffer& buffer, std:
   info.bracket_size = static_cast<int>(exposure_.seconds.size());
   info.exposure_s = exposure_.seconds[static_cast<std::size_t>(*index)];
   info.row_readout = options_.row_readout;
-  const Rows rows{layout_.height, encoding_->skip_rows + (layout_.view_height - 1) / 2.0, info.row_readout};
-  const Stamp stamp = trusted_stamp(buffer.flags, stamp_of(buffer), last_arrival_, oldest_stamp(*index));
+  const RowTiming rows{layout_.height, encoding_->skip_rows + (layout_.view_height - 1) / 2.0, info.row_readout};
+  const Timestamp stamp = validate_timestamp(buffer.flags, stamp_of(buffer), last_arrival_, oldest_stamp(*index));
   info.mid_exposure = mid_exposure(stamp, info.exposure_s, rows);
   // A start of exposure that is stamped so late that half of it would still be to come is no such start.
   if (info.mid_exposure > last_arrival_)
-    info.mid_exposure = mid_exposure({last_arrival_, Stamp::Event::end_of_frame}, info.exposure_s, rows);
+    info.mid_exposure = mid_exposure({last_arrival_, Timestamp::Event::end_of_frame}, info.exposure_s, rows);
   if (info.mid_exposure <= last_mid_) {
-    ++counts_.untimely;
+    ++counts_.non_monotonic;
     return std::nullopt;
   }
   return info;

@@ -26,10 +26,10 @@ class V4l2Camera : public CameraBackend {
     std::uint64_t delivered = 0;
     std::uint64_t damaged = 0;    ///< Cut off, undecodable, or marked so by the driver.
     std::uint64_t late = 0;       ///< A newer one waited behind it.
-    std::uint64_t crowded = 0;    ///< All frames were lent.
-    std::uint64_t unsettled = 0;  ///< Of a bracket: exposed otherwise than its place says, or not known how.
-    std::uint64_t untimely = 0;   ///< Its time was not after that of the frame before.
-    std::uint64_t losses = 0;     ///< Of the device.
+    std::uint64_t no_free_buffer = 0;    ///< All frames were lent.
+    std::uint64_t wrong_exposure = 0;  ///< Of a bracket: exposed otherwise than its place says, or not known how.
+    std::uint64_t non_monotonic = 0;   ///< Its time was not after that of the frame before.
+    std::uint64_t disconnects = 0;     ///< Of the device.
   };
   [[nodiscard]] virtual Counts counts() const = 0;
 

@@ -11,10 +11,10 @@ namespace lightwell::estimate {
 
 /// Light from single directions. Those beyond `count` give none, and are finite.
 struct LightPoints {
-  static constexpr std::size_t kMost = 128;
+  static constexpr std::size_t kMaxPoints = 128;
   std::size_t count = 0;
-  alignas(64) std::array<float, kMost> x{}, y{}, z{};  ///< Unit vectors.
-  alignas(64) std::array<float, kMost> r{}, g{}, b{};
+  alignas(64) std::array<float, kMaxPoints> x{}, y{}, z{};  ///< Unit vectors.
+  alignas(64) std::array<float, kMaxPoints> r{}, g{}, b{};
 };
 
 /// out[c][i] += sum over the points of light c times function i of a BasisRow, in float: within 2e-6 of the largest

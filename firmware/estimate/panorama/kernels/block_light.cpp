@@ -15,7 +15,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// hidden_light() of row_reader.hpp.
+/// near_black_bias() of row_reader.hpp.
 HWY_INLINE V hidden(D d, V value, V step, float cut_noise) {
   const V noise = hn::Set(d, cut_noise), zero = hn::Zero(d);
   const auto coarse = hn::And(hn::Lt(value, hn::Mul(hn::Set(d, 4.0F), step)), hn::Lt(noise, step));
@@ -25,7 +25,7 @@ HWY_INLINE V hidden(D d, V value, V step, float cut_noise) {
 }
 
 template <bool kWeighted>
-BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCodes& codes, std::size_t blocks,
+BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes, std::size_t blocks,
                    const BlockLight& out) {
   const D d;
   const hn::Rebind<std::int32_t, D> di;
@@ -36,26 +36,26 @@ BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCode
   V noise = zero, bias = zero, clipped_sr = zero;
   for (std::size_t b = 0; b < blocks; b += lanes) {
     const auto load = [&](const float* p) HWY_ATTR { return hn::LoadU(d, p + b); };
-    const V pixels = load(worth.pixels), total = load(worth.total), brighten = load(worth.brighten);
+    const V pixels = load(weights.pixels), total = load(weights.total), inverse_vignetting = load(weights.inverse_vignetting);
     V light[3], mean[3], sum = zero, across = zero, down = zero, brightest = zero;
     for (std::size_t c = 0; c < 3; ++c) {
       const V s = load(codes.sum[c]), x = load(codes.across[c]), y = load(codes.down[c]);
       const V weight = hn::Set(d, run.luminance[c]);
       V own_across, own_down, own;
       if constexpr (kWeighted) {
-        const V worth_of_one = hn::Mul(unit, load(worth.unit));
+        const V worth_of_one = hn::Mul(unit, load(weights.unit));
         light[c] = hn::MulAdd(worth_of_one, hn::MulAdd(hn::Set(d, run.cut_off), pixels, s), hn::Mul(from, total));
-        mean[c] = hn::Mul(light[c], load(worth.per_total));
+        mean[c] = hn::Mul(light[c], load(weights.per_total));
         own = light[c];
-        own_across = hn::Mul(worth_of_one, hn::NegMulAdd(load(worth.middle_x), s, x));
-        own_down = hn::Mul(worth_of_one, hn::NegMulAdd(load(worth.middle_y), s, y));
+        own_across = hn::Mul(worth_of_one, hn::NegMulAdd(load(weights.middle_x), s, x));
+        own_down = hn::Mul(worth_of_one, hn::NegMulAdd(load(weights.middle_y), s, y));
       } else {
         own = hn::MulAdd(unit, s, hn::Mul(from, pixels));
-        own_across = hn::Mul(unit, hn::NegMulAdd(load(worth.half_x), s, x));
+        own_across = hn::Mul(unit, hn::NegMulAdd(load(weights.half_x), s, x));
         own_down = hn::Mul(unit, hn::NegMulAdd(half_y, s, y));
-        light[c] = hn::MulAdd(load(worth.mean), own,
-                              hn::MulAdd(load(worth.along_x), own_across, hn::Mul(load(worth.along_y), own_down)));
-        mean[c] = hn::Mul(own, load(worth.per_pixel));
+        light[c] = hn::MulAdd(load(weights.mean), own,
+                              hn::MulAdd(load(weights.along_x), own_across, hn::Mul(load(weights.along_y), own_down)));
+        mean[c] = hn::Mul(own, load(weights.per_pixel));
       }
       sum = hn::MulAdd(weight, own, sum);
       across = hn::MulAdd(weight, own_across, across);
@@ -64,7 +64,7 @@ BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCode
       light[c] = hn::Mul(light[c], hn::Set(d, run.radiance * run.white[c]));
     }
     const V per_sum = hn::IfThenElseZero(hn::Gt(sum, zero), hn::Div(one, sum));
-    const V peak = hn::Max(hn::Mul(brightest, hn::Mul(brighten, radiance)), zero);
+    const V peak = hn::Max(hn::Mul(brightest, hn::Mul(inverse_vignetting, radiance)), zero);
     V step = plain_unit;
     if (run.step != nullptr) {
       const V largest = hn::Min(hn::Max(hn::Max(hn::Max(mean[0], mean[1]), mean[2]), zero), one);
@@ -73,12 +73,12 @@ BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCode
     const V variance = hn::Add(hn::MulAdd(hn::Set(d, run.shot), hn::Max(mean[1], zero), hn::Set(d, run.read2)),
                                hn::Mul(hn::Mul(step, step), hn::Set(d, 1.0F / 12)));
     const V clipped =
-        hn::Mul(load(worth.solid_angle), hn::Min(one, hn::Mul(load(codes.clipped), load(worth.per_pixel))));
+        hn::Mul(load(weights.solid_angle), hn::Min(one, hn::Mul(load(codes.clipped), load(weights.per_pixel))));
 
     // What lies beyond the last block is no block's.
     const std::size_t left = blocks - b;
     const auto there = hn::FirstN(d, left);
-    noise = hn::Add(noise, hn::IfThenElseZero(there, hn::Mul(load(worth.spread), variance)));
+    noise = hn::Add(noise, hn::IfThenElseZero(there, hn::Mul(load(weights.spread), variance)));
     bias = hn::Add(bias, hn::IfThenElseZero(there, hn::Mul(total, hidden(d, mean[1], step, run.cut_noise))));
     clipped_sr = hn::Add(clipped_sr, hn::IfThenElseZero(there, clipped));
     const V offset_x = hn::Mul(across, per_sum), offset_y = hn::Mul(down, per_sum);
@@ -100,9 +100,9 @@ BlockDoubt LightOf(const BlockRun& run, const BlockWorth& worth, const BlockCode
   return {total_of(noise), total_of(bias), total_of(clipped_sr)};
 }
 
-BlockDoubt LightOfBlocks(const BlockRun& run, const BlockWorth& worth, const BlockCodes& codes, std::size_t blocks,
+BlockErrorSums LightOfBlocks(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes, std::size_t blocks,
                          const BlockLight& out) {
-  return run.weighted ? LightOf<true>(run, worth, codes, blocks, out) : LightOf<false>(run, worth, codes, blocks, out);
+  return run.weighted ? LightOf<true>(run, weights, codes, blocks, out) : LightOf<false>(run, weights, codes, blocks, out);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -114,9 +114,9 @@ namespace lightwell::estimate {
 
 HWY_EXPORT(LightOfBlocks);
 
-BlockDoubt light_of_blocks(const BlockRun& run, const BlockWorth& worth, const BlockCodes& codes, std::size_t blocks,
+BlockErrorSums convert_block_sums(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes, std::size_t blocks,
                            const BlockLight& out) {
-  return HWY_DYNAMIC_DISPATCH(LightOfBlocks)(run, worth, codes, blocks, out);
+  return HWY_DYNAMIC_DISPATCH(LightOfBlocks)(run, weights, codes, blocks, out);
 }
 
 }  // namespace lightwell::estimate

@@ -10,10 +10,10 @@
 namespace lightwell::estimate {
 
 /// Arrays that this kernel reads have room for so many entries beyond the last block.
-inline constexpr std::size_t kBlockLightRoom = 16;
+inline constexpr std::size_t kBlockLightPadding = 16;
 
 /// What blocks' sums are worth, worked out once: an entry a block.
-struct BlockWorth {
+struct BlockWeights {
   const float *mean, *along_x,
       *along_y;         ///< Plain: the plane that fits the weights (sr), about the middle of the block.
   const float* half_x;  ///< Plain: that middle, pixels from the block's corner.
@@ -21,7 +21,7 @@ struct BlockWorth {
                                             ///< the total; their middle is in pixels from the corner.
   const float *total, *pixels;         ///< Sum of weights, solid angle over vignetting, sr; pixels that see something.
   const float *per_total, *per_pixel;  ///< 1 over these.
-  const float* brighten;               ///< Total by solid angle.
+  const float* inverse_vignetting;               ///< Total by solid angle.
   const float* spread;                 ///< Total squared by pixels.
   const float* solid_angle;            ///< sr.
 };
@@ -56,12 +56,12 @@ struct BlockLight {
 
 /// Sums over the blocks: linear values' variance times spread, what black and rounding hide, solid angle that is
 /// clipped.
-struct BlockDoubt {
+struct BlockErrorSums {
   double noise = 0, bias = 0, clipped_sr = 0;
 };
 
 /// Fills `blocks` entries of `out`; nothing beyond is written.
-BlockDoubt light_of_blocks(const BlockRun& run, const BlockWorth& worth, const BlockCodes& codes, std::size_t blocks,
+BlockErrorSums convert_block_sums(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes, std::size_t blocks,
                            const BlockLight& out);
 
 }  // namespace lightwell::estimate

@@ -13,23 +13,23 @@ namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
 /// What is saturated tells "at least": an exposure that sees less than this part of it saw something else.
-constexpr float kContradiction = 0.5F;
+constexpr float kMinSaturatedRatio = 0.5F;
 
 /// What the pixels of a part see.
-struct Seen {
+struct PixelWeights {
   VF weight;  ///< Solid angle times inverse vignetting.
   VF solid_angle;
-  VF brighten;  ///< Inverse vignetting.
+  VF inverse_vignetting;  ///< Inverse vignetting.
 };
 
 template <bool kQuads>
-HWY_INLINE Seen seen_at(const BracketRow& row, std::size_t at) {
+HWY_INLINE PixelWeights pixel_weights_at(const BracketRow& row, std::size_t at) {
   const DF d;
   if constexpr (!kQuads) {
-    const VF sr = hn::LoadU(d, row.solid_angle + at), brighten = hn::LoadU(d, row.inverse_vignetting + at);
-    return {hn::Mul(sr, brighten), sr, brighten};
+    const VF sr = hn::LoadU(d, row.solid_angle + at), inverse_vignetting = hn::LoadU(d, row.inverse_vignetting + at);
+    return {hn::Mul(sr, inverse_vignetting), sr, inverse_vignetting};
   } else {
-    Seen sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    PixelWeights sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     for (std::size_t y = 0; y < 2; ++y) {
       VF sr0, sr1, b0, b1;
       hn::LoadInterleaved2(d, row.solid_angle + y * row.next_row + 2 * at, sr0, sr1);
@@ -38,7 +38,7 @@ HWY_INLINE Seen seen_at(const BracketRow& row, std::size_t at) {
       sum.solid_angle = hn::Add(sum.solid_angle, hn::Add(sr0, sr1));
     }
     // The mean over what sees something.
-    sum.brighten = hn::Div(sum.weight, hn::Max(sum.solid_angle, hn::Set(d, 1e-30F)));
+    sum.inverse_vignetting = hn::Div(sum.weight, hn::Max(sum.solid_angle, hn::Set(d, 1e-30F)));
     return sum;
   }
 }
@@ -52,8 +52,8 @@ struct Constants {
   float hidden, hidden_until, depth, share, luminance[3];
 
   explicit Constants(const BracketRow& row)
-      : hidden(row.worth->hidden),
-        hidden_until(row.worth->hidden_until),
+      : hidden(row.lut->hidden),
+        hidden_until(row.lut->hidden_until),
         depth(row.depth),
         share(row.share),
         luminance{row.luminance[0], row.luminance[1], row.luminance[2]} {
@@ -61,7 +61,7 @@ struct Constants {
       scale[k] = row.exposures[static_cast<std::size_t>(k)].scale;
       inverse[k] = 1 / scale[k];
       deviations[k] = row.deviations * scale[k];
-      at_least[k] = row.worth->saturated_linear * scale[k];
+      at_least[k] = row.lut->saturated_linear * scale[k];
     }
   }
 };
@@ -92,7 +92,7 @@ HWY_NOINLINE Merged bound_clipped(const BracketRow& row, const AnySample* sample
 
 template <bool kQuads, class AnySample>
 HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const BracketColumns& out,
-                           const AnySample* samples, int count, std::size_t p, std::size_t at, const Seen& seen) {
+                           const AnySample* samples, int count, std::size_t p, std::size_t at, const PixelWeights& pixel_weights) {
   const DF d;
   const D32 d32;
   const VF zero = hn::Zero(d);
@@ -118,8 +118,8 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
     const auto told = hn::Gt(weight, zero);
     if (k > 0) {
       const auto both = hn::And(told, told_before);
-      VF differ = hn::Sub(light_before, light);
-      VF doubt = hn::MulAdd(hn::Set(d, c.share), light, hn::Add(deviation_before, deviation));
+      VF difference = hn::Sub(light_before, light);
+      VF noise_allowance = hn::MulAdd(hn::Set(d, c.share), light, hn::Add(deviation_before, deviation));
       if (!hn::AllTrue(d, both)) {
         // Where one is saturated it says "at least": twice the deviations of the other keep a noisy pixel from being
         // taken for a dark one.
@@ -129,14 +129,14 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
         // What does not count because it shares its colour with something saturated says nothing.
         const auto bright = hn::Ge(hn::IfThenElse(told, light_before, light), hn::Mul(hn::Set(d, 0.99F), at_least));
         const auto contradicts = hn::And(hn::And(hn::Xor(told, told_before), bright),
-                                         hn::Lt(lone, hn::Mul(hn::Set(d, kContradiction), at_least)));
+                                         hn::Lt(lone, hn::Mul(hn::Set(d, kMinSaturatedRatio), at_least)));
         const VF bounded =
             hn::Sub(hn::IfThenElse(told_before, light_before, at_least), hn::IfThenElse(told, light, at_least));
-        differ = hn::IfThenElse(both, differ, hn::IfThenElseZero(contradicts, bounded));
-        doubt = hn::IfThenElseZero(both, doubt);
+        difference = hn::IfThenElse(both, difference, hn::IfThenElseZero(contradicts, bounded));
+        noise_allowance = hn::IfThenElseZero(both, noise_allowance);
       }
-      add_to(out.differ[static_cast<std::size_t>(k - 1)] + at, differ);
-      add_to(out.doubt[static_cast<std::size_t>(k - 1)] + at, doubt);
+      add_to(out.difference[static_cast<std::size_t>(k - 1)] + at, difference);
+      add_to(out.noise_allowance[static_cast<std::size_t>(k - 1)] + at, noise_allowance);
     }
     told_before = told;
     light_before = light;
@@ -149,12 +149,12 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
     m = bound_clipped(row, samples, p, m);
     variance = hn::IfThenZeroElse(clipped, hn::Div(hn::Set(d, 1.0F), m.weight));
     m.weight = hn::IfThenElse(clipped, hn::Set(d, 1.0F), m.weight);
-    add_to(out.clipped + at, hn::IfThenElseZero(clipped, seen.solid_angle));
+    add_to(out.clipped + at, hn::IfThenElseZero(clipped, pixel_weights.solid_angle));
   } else {
     variance = hn::Div(hn::Set(d, 1.0F), m.weight);
   }
   const VF whole = hn::Or(variance, hn::IfThenElseZero(clipped, hn::Set(d, 1.0F)));
-  const VF share = hn::Mul(seen.weight, whole);
+  const VF share = hn::Mul(pixel_weights.weight, whole);
   add_to(out.r + at, hn::Mul(m.r, share));
   add_to(out.g + at, hn::Mul(m.g, share));
   add_to(out.b + at, hn::Mul(m.b, share));
@@ -163,9 +163,9 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
   add_to(out.low + at, hn::Mul(hn::Mul(light, share), hn::Set(d, c.depth)));
   add_to(out.bias + at, hn::Mul(m.bias, share));
   // Each of a quad's pixels counts for itself.
-  const VF square = hn::Mul(hn::Mul(seen.weight, seen.weight), variance);
+  const VF square = hn::Mul(hn::Mul(pixel_weights.weight, pixel_weights.weight), variance);
   add_to(out.noise + at, kQuads ? hn::Mul(square, hn::Set(d, 0.25F)) : square);
-  const VF bright = hn::IfThenElseZero(hn::Gt(seen.weight, zero), hn::Mul(hn::Mul(light, whole), seen.brighten));
+  const VF bright = hn::IfThenElseZero(hn::Gt(pixel_weights.weight, zero), hn::Mul(hn::Mul(light, whole), pixel_weights.inverse_vignetting));
   hn::StoreU(hn::Max(hn::LoadU(d, out.peak + at), bright), d, out.peak + at);
 }
 
@@ -176,7 +176,7 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
   const std::size_t lanes = hn::Lanes(d), n = kParts * lanes;
   const Constants constants(row);
   const BracketColumns out = columns;
-  const Source source(*row.worth);
+  const Source source(*row.lut);
   const int count = row.count;
   typename Source::Sample samples[kMaxBracket];
   for (std::size_t from = begin; from < end; from += n) {
@@ -185,7 +185,7 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
     for (int k = 0; k < count; ++k) source.load(row.exposures[static_cast<std::size_t>(k)], at, samples[k]);
     for (std::size_t p = 0; p < kParts; ++p) {
       const std::size_t part = at + p * lanes;
-      Seen seen = seen_at<kQuads>(row, part);
+      PixelWeights pixel_weights = pixel_weights_at<kQuads>(row, part);
       for (std::size_t y = 0; y < (kQuads ? 2 : 1); ++y) {
         const std::size_t first = (kQuads ? 2 : 1) * part + y * row.next_row,
                           bytes = (kQuads ? 2 : 1) * sizeof(float) * lanes;
@@ -196,10 +196,10 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
         const VF place = hn::Iota(d, static_cast<float>(part));
         const auto wanted = hn::And(hn::Ge(place, hn::Set(d, static_cast<float>(from))),
                                     hn::Lt(place, hn::Set(d, static_cast<float>(end))));
-        seen.weight = hn::IfThenElseZero(wanted, seen.weight);
-        seen.solid_angle = hn::IfThenElseZero(wanted, seen.solid_angle);
+        pixel_weights.weight = hn::IfThenElseZero(wanted, pixel_weights.weight);
+        pixel_weights.solid_angle = hn::IfThenElseZero(wanted, pixel_weights.solid_angle);
       }
-      merge_part<kQuads>(row, constants, out, samples, count, p, part, seen);
+      merge_part<kQuads>(row, constants, out, samples, count, p, part, pixel_weights);
     }
   }
 }
@@ -293,8 +293,8 @@ void FoldColumns(const BracketColumns& columns, int pairs, const std::array<floa
   for (float* column : {columns.r, columns.g, columns.b, columns.low, columns.noise, columns.bias, columns.clipped})
     fold(column + first, count, width, add);
   for (std::size_t k = 0; k < static_cast<std::size_t>(pairs); ++k) {
-    fold(columns.differ[k] + first, count, width, add);
-    fold(columns.doubt[k] + first, count, width, add);
+    fold(columns.difference[k] + first, count, width, add);
+    fold(columns.noise_allowance[k] + first, count, width, add);
   }
   fold(columns.peak + first, count, width, [](VF a, VF b) HWY_ATTR { return hn::Max(a, b); });
 }

@@ -14,7 +14,7 @@
 namespace lightwell::estimate {
 
 /// What the codes of one depth are worth.
-struct CodeWorth {
+struct CodeLut {
   /// Value of each code in proportion to light: times `unit` it is the linear value. Where codes are linear themselves,
   /// linear[c] is c + linear[0].
   std::vector<float> linear;
@@ -53,12 +53,12 @@ struct BracketColumns {
   float* clipped;  ///< Solid angle saturated in every exposure.
   /// By how much the brightest channel is brighter in exposure k than in k + 1, summed over pixels that both tell,
   /// unweighted; and how much of that can be noise.
-  std::array<float*, kMaxBracket - 1> differ, doubt;
+  std::array<float*, kMaxBracket - 1> difference, noise_allowance;
 };
 
 struct BracketRow {
   BracketSource source = BracketSource::interleaved8;
-  const CodeWorth* worth = nullptr;
+  const CodeLut* lut = nullptr;
   std::array<ExposureRow, kMaxBracket> exposures{};  ///< Shortest first.
   int count = 0;
   const float* solid_angle = nullptr;  ///< At pixel 0; of mosaics, of the upper row.

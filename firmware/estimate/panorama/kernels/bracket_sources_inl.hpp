@@ -118,23 +118,23 @@ struct LinearOrder : Order {
   HWY_INLINE V8 across(V8 v) const { return V8{_mm512_permutexvar_epi8(shuffle, v.raw)}; }
 };
 
-class Worth {
+class CodeLookup {
  public:
-  explicit Worth(const CodeWorth& worth) : worth_(worth) {}
+  explicit CodeLookup(const CodeLut& lut) : lut_(lut) {}
   HWY_INLINE Four linear(V8 codes) const {
     const __mmask64 high = _mm512_movepi8_mask(codes.raw);
     const __m512i zero = _mm512_setzero_si512();
-    const __m512i b1 = bytes(worth_.linear_bytes[0].data(), codes.raw, high);
-    const __m512i b2 = bytes(worth_.linear_bytes[1].data(), codes.raw, high);
-    const __m512i b3 = bytes(worth_.linear_bytes[2].data(), codes.raw, high);
+    const __m512i b1 = bytes(lut_.linear_bytes[0].data(), codes.raw, high);
+    const __m512i b2 = bytes(lut_.linear_bytes[1].data(), codes.raw, high);
+    const __m512i b3 = bytes(lut_.linear_bytes[2].data(), codes.raw, high);
     return floats(_mm512_unpacklo_epi8(zero, b1), _mm512_unpackhi_epi8(zero, b1), _mm512_unpacklo_epi8(b2, b3),
                   _mm512_unpackhi_epi8(b2, b3));
   }
   HWY_INLINE Four weight(V8 codes) const {
     const __mmask64 high = _mm512_movepi8_mask(codes.raw);
     const __m512i zero = _mm512_setzero_si512();
-    const __m512i b2 = bytes(worth_.weight_bytes[0].data(), codes.raw, high);
-    const __m512i b3 = bytes(worth_.weight_bytes[1].data(), codes.raw, high);
+    const __m512i b2 = bytes(lut_.weight_bytes[0].data(), codes.raw, high);
+    const __m512i b3 = bytes(lut_.weight_bytes[1].data(), codes.raw, high);
     return floats(zero, zero, _mm512_unpacklo_epi8(b2, b3), _mm512_unpackhi_epi8(b2, b3));
   }
 
@@ -152,7 +152,7 @@ class Worth {
             VF{_mm512_castsi512_ps(_mm512_unpackhi_epi16(high01, high23))}};
   }
 
-  const CodeWorth& worth_;
+  const CodeLut& lut_;
 };
 #else
 struct Order {
@@ -166,9 +166,9 @@ struct Order {
 };
 using LinearOrder = Order;
 
-class Worth {
+class CodeLookup {
  public:
-  explicit Worth(const CodeWorth& worth) : linear_(worth.linear.data()), weight_(worth.weight.data()) {}
+  explicit CodeLookup(const CodeLut& lut) : linear_(lut.linear.data()), weight_(lut.weight.data()) {}
   HWY_INLINE Four linear(V8 codes) const { return looked_up(linear_, codes); }
   HWY_INLINE Four weight(V8 codes) const { return looked_up(weight_, codes); }
 
@@ -207,7 +207,7 @@ class Worth {
 class Interleaved8 {
  public:
   using Sample = HWY_NAMESPACE::Sample;
-  explicit Interleaved8(const CodeWorth& worth) : worth_(worth) {}
+  explicit Interleaved8(const CodeLut& lut) : lut_(lut) {}
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const std::uint8_t* from = row.at[0] + 3 * at;
     fetch(from, row.ahead, 3 * hn::Lanes(D8()));
@@ -219,13 +219,13 @@ class Interleaved8 {
     load(codes, hn::Max(codes.r, hn::Max(codes.g, codes.b)), out);
   }
   HWY_INLINE void load(const Rgb8& codes, V8 top, Sample& out) const {
-    out.weight = worth_.weight(top);
-    out.r = worth_.linear(codes.r);
-    out.g = worth_.linear(codes.g);
-    out.b = worth_.linear(codes.b);
+    out.weight = lut_.weight(top);
+    out.r = lut_.linear(codes.r);
+    out.g = lut_.linear(codes.g);
+    out.b = lut_.linear(codes.b);
   }
   Order order_;
-  Worth worth_;
+  CodeLookup lut_;
 };
 
 #if HWY_TARGET == HWY_AVX3_DL
@@ -278,12 +278,12 @@ class Linear8 {
     Four weight, top;
     HWY_INLINE Sample() {}
   };
-  explicit Linear8(const CodeWorth& worth) : worth_(worth), from_(worth.linear[0]) {}
+  explicit Linear8(const CodeLut& lut) : lut_(lut), from_(lut.linear[0]) {}
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const std::uint8_t* from = row.at[0] + 3 * at;
     fetch(from, row.ahead, 3 * hn::Lanes(D8()));
     const Rgb8 codes = order_.interleaved(from);
-    out.weight = worth_.weight(order_.across(hn::Max(codes.r, hn::Max(codes.g, codes.b))));
+    out.weight = lut_.weight(order_.across(hn::Max(codes.r, hn::Max(codes.g, codes.b))));
     out.r.load(codes.r, from_);
     out.g.load(codes.g, from_);
     out.b.load(codes.b, from_);
@@ -291,7 +291,7 @@ class Linear8 {
 
  private:
   LinearOrder order_;
-  Worth worth_;
+  CodeLookup lut_;
   float from_;
 };
 
@@ -315,10 +315,10 @@ class Mosaic8 : public Interleaved8 {
     hn::LoadInterleaved2(d, row.at[0] + 2 * at, red, green1);
     hn::LoadInterleaved2(d, row.at[1] + 2 * at, green2, blue);
     red = order_(red), green1 = order_(green1), green2 = order_(green2), blue = order_(blue);
-    out.weight = worth_.weight(hn::Max(hn::Max(red, green1), hn::Max(green2, blue)));
-    out.r = worth_.linear(red);
-    out.b = worth_.linear(blue);
-    const Four g1 = worth_.linear(green1), g2 = worth_.linear(green2);
+    out.weight = lut_.weight(hn::Max(hn::Max(red, green1), hn::Max(green2, blue)));
+    out.r = lut_.linear(red);
+    out.b = lut_.linear(blue);
+    const Four g1 = lut_.linear(green1), g2 = lut_.linear(green2);
     out.g = middle(g1, g2);
     out.top = largest(largest(out.r, out.b), largest(g1, g2));
   }
@@ -327,8 +327,8 @@ class Mosaic8 : public Interleaved8 {
 class Mosaic16 {
  public:
   using Sample = HWY_NAMESPACE::Sample;
-  explicit Mosaic16(const CodeWorth& worth)
-      : worth_(worth), top_(static_cast<std::uint32_t>(worth.linear.size() - 1)) {}
+  explicit Mosaic16(const CodeLut& lut)
+      : lut_(lut), top_(static_cast<std::uint32_t>(lut.linear.size() - 1)) {}
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const D32 d;
     const auto top_code = hn::Set(d, top_);
@@ -342,12 +342,12 @@ class Mosaic16 {
       const auto odd = [&](hn::Vec<D32> v) HWY_ATTR { return hn::Min(hn::ShiftRight<16>(v), top_code); };
       const auto red = even(upper), green1 = odd(upper), green2 = even(lower), blue = odd(lower);
       const auto top = hn::Max(hn::Max(red, green1), hn::Max(green2, blue));
-      out.r.part[p] = look_up(worth_.linear.data(), red);
-      out.b.part[p] = look_up(worth_.linear.data(), blue);
-      out.g.part[p] = hn::Mul(hn::Add(look_up(worth_.linear.data(), green1), look_up(worth_.linear.data(), green2)),
+      out.r.part[p] = look_up(lut_.linear.data(), red);
+      out.b.part[p] = look_up(lut_.linear.data(), blue);
+      out.g.part[p] = hn::Mul(hn::Add(look_up(lut_.linear.data(), green1), look_up(lut_.linear.data(), green2)),
                               hn::Set(DF(), 0.5F));
-      out.top.part[p] = look_up(worth_.linear.data(), top);
-      out.weight.part[p] = look_up(worth_.weight.data(), top);
+      out.top.part[p] = look_up(lut_.linear.data(), top);
+      out.weight.part[p] = look_up(lut_.weight.data(), top);
     }
   }
 
@@ -356,7 +356,7 @@ class Mosaic16 {
     return hn::GatherIndex(DF(), table, hn::BitCast(DI32(), codes));
   }
 
-  const CodeWorth& worth_;
+  const CodeLut& lut_;
   std::uint32_t top_;
 };
 

@@ -13,9 +13,9 @@
 namespace lightwell::estimate {
 
 /// Rows that one call may sum: more would overflow the sums of codes.
-inline constexpr int kMostRows = 16;
+inline constexpr int kMaxRows = 16;
 /// A row must have at least so many lanes: kernels read whole vectors, and shift the last one back.
-inline constexpr std::size_t kFewestLanes = 64;
+inline constexpr std::size_t kMinLanes = 64;
 
 /// Linear values of the 256 codes, of full scale 65535.
 using CodeTable16 = std::array<std::uint16_t, 256>;
@@ -33,7 +33,7 @@ struct LaneSums {
 struct CodeRows {
   const std::uint8_t* first;
   std::size_t stride;        ///< Bytes from one row to the next of those summed.
-  int rows;                  ///< 1 to kMostRows.
+  int rows;                  ///< 1 to kMaxRows.
   const CodeTable16* table;  ///< Null: the code itself is the linear value (plain) or 257 times it (weighted).
   unsigned clipped_from;     ///< 256 and more: nothing clips.
 };
@@ -48,7 +48,7 @@ struct WordRows {
   unsigned clipped_from;
 };
 
-/// Of lanes [0, lanes), lanes >= kFewestLanes. `out` has as many entries.
+/// Of lanes [0, lanes), lanes >= kMinLanes. `out` has as many entries.
 void sum_lanes(const CodeRows& rows, std::size_t lanes, const LaneSums& out);
 /// Weighted by w/256, `weights` a byte for each lane, rows `weight_stride` apart. With a table of null, codes count
 /// 257.

@@ -13,7 +13,7 @@ struct PlaneRow {
   std::uint8_t *r, *g, *b;
 };
 
-/// One row of `pixels` pixels (even, at least kFewestLanes) to planes of codes, as rgb8_of_ycbcr601() says.
+/// One row of `pixels` pixels (even, at least kMinLanes) to planes of codes, as rgb8_of_ycbcr601() says.
 void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, const PlaneRow& out);
 /// Two rows that share their chroma. Of a single one, luma and planes are given twice.
 void planes_of_nv12(const std::uint8_t* upper_luma, const std::uint8_t* lower_luma, const std::uint8_t* chroma,

@@ -177,13 +177,13 @@ class LightMessage {
     if (radius > Math.PI / 2 + 2e-5) throw invalid("light.angular_radius_e5 is beyond a quarter turn");
     const irradiance = this.irradiance.map((m) =>
       valueOf(mantissaChecked(m, mantissaLimit, "light.irradiance_mantissa"), this.irradianceExponent));
-    const doubt = this.covariance.map((m) =>
+    const covariance = this.covariance.map((m) =>
       valueOf(mantissaChecked(m, covarianceLimit, "light.covariance_mantissa"), this.covarianceExponent));
     return {
       direction,
       irradiance: irradiance as Rgb,
       angularRadius: fround(Math.min(radius, Math.PI / 2)),
-      directionCovariance: doubt.length === 3 ? (doubt as Vec3) : [doubt[0] ?? 0, 0, doubt[0] ?? 0],
+      directionCovariance: covariance.length === 3 ? (covariance as Vec3) : [covariance[0] ?? 0, 0, covariance[0] ?? 0],
       track: this.track,
     };
   }

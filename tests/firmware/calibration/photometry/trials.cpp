@@ -196,13 +196,13 @@ std::vector<ParameterFigure> vignetting_trials(int trials) {
   for (int trial = 0; trial < trials; ++trial) {
     std::mt19937_64 random(9000 + static_cast<std::uint64_t>(trial));
     std::normal_distribution<double> normal;
-    std::vector<LampSighting> sightings;
+    std::vector<LampObservation> observations;
     for (int i = 0; i < 50; ++i) {
       const double angle = kField * i / 49;
       const double wrong = i % 17 == 5 ? 1.3 : 1;  // Somebody stood in the light.
-      sightings.push_back({angle, 42 * vignetting(truth, angle) * (1 + kNoise * normal(random)) * wrong, 0});
+      observations.push_back({angle, 42 * vignetting(truth, angle) * (1 + kNoise * normal(random)) * wrong, 0});
     }
-    const auto found = solve_vignetting(sightings, kField);
+    const auto found = solve_vignetting(observations, kField);
     if (!found) {
       edge.fail();
       continue;

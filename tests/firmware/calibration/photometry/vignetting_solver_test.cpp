@@ -23,9 +23,9 @@ PhotometricCalibration lens(double v1, double v2, double v3) {
   return p;
 }
 
-std::vector<LampSighting> sightings(const PhotometricCalibration& truth, double from = 0, double to = 95,
+std::vector<LampObservation> observations(const PhotometricCalibration& truth, double from = 0, double to = 95,
                                     int count = 40) {
-  std::vector<LampSighting> out;
+  std::vector<LampObservation> out;
   for (int i = 0; i < count; ++i) {
     const double angle = (from + (to - from) * i / (count - 1)) * kDegree;
     out.push_back({angle, 7 * vignetting(truth, angle), 0});
@@ -34,7 +34,7 @@ std::vector<LampSighting> sightings(const PhotometricCalibration& truth, double 
 }
 
 TEST(VignettingSolver, AnExactLampGivesTheLensExactly) {
-  const auto found = solve_vignetting(sightings(lens(-0.25, 0.05, -0.006)), kField);
+  const auto found = solve_vignetting(observations(lens(-0.25, 0.05, -0.006)), kField);
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->vignetting[0], -0.25, 1e-9);
   EXPECT_NEAR(found->vignetting[1], 0.05, 1e-9);
@@ -43,7 +43,7 @@ TEST(VignettingSolver, AnExactLampGivesTheLensExactly) {
 }
 
 TEST(VignettingSolver, SightingsWithSomebodyInTheLightAreOutvoted) {
-  std::vector<LampSighting> seen = sightings(lens(-0.08, 0.005, 0));
+  std::vector<LampObservation> seen = observations(lens(-0.08, 0.005, 0));
   for (const std::size_t k : {3U, 17U, 18U, 39U}) seen[k].value *= 0.5;
   const auto found = solve_vignetting(seen, kField);
   ASSERT_TRUE(found.ok()) << found.status().message();
@@ -53,7 +53,7 @@ TEST(VignettingSolver, SightingsWithSomebodyInTheLightAreOutvoted) {
 
 TEST(VignettingSolver, StatedDeviationsWeigh) {
   // Every second sighting is off by 5 % and says so.
-  std::vector<LampSighting> seen = sightings(lens(-0.08, 0.005, 0));
+  std::vector<LampObservation> seen = observations(lens(-0.08, 0.005, 0));
   for (std::size_t k = 0; k < seen.size(); ++k) {
     seen[k].deviation = k % 2 == 0 ? 0.001 : 0.5;
     if (k % 2 == 1) seen[k].value *= 1.05;
@@ -63,7 +63,7 @@ TEST(VignettingSolver, StatedDeviationsWeigh) {
   EXPECT_NEAR(found->vignetting[0], -0.08, 0.001);
 }
 
-std::string refused(const std::vector<LampSighting>& seen, double field = kField) {
+std::string refused(const std::vector<LampObservation>& seen, double field = kField) {
   const auto found = solve_vignetting(seen, field);
   EXPECT_FALSE(found.ok());
   EXPECT_EQ(found.status().code(), StatusCode::invalid_argument);
@@ -72,19 +72,19 @@ std::string refused(const std::vector<LampSighting>& seen, double field = kField
 
 TEST(VignettingSolver, RefusesAnglesThatTellNothing) {
   const PhotometricCalibration truth = lens(-0.08, 0.005, 0);
-  EXPECT_THAT(refused(sightings(truth, 0, 95, 5)), HasSubstr("at least 8"));
-  EXPECT_THAT(refused(sightings(truth, 0, 60)), HasSubstr("no sighting is further out than 60.0 deg"));
-  EXPECT_THAT(refused(sightings(truth, 40, 95)), HasSubstr("nearer to the axis"));
-  EXPECT_THAT(refused(sightings(truth, 0, 120)), HasSubstr("outside the field"));
-  std::vector<LampSighting> gap = sightings(truth, 0, 20, 20);
-  const std::vector<LampSighting> far = sightings(truth, 80, 95, 20);
+  EXPECT_THAT(refused(observations(truth, 0, 95, 5)), HasSubstr("at least 8"));
+  EXPECT_THAT(refused(observations(truth, 0, 60)), HasSubstr("no sighting is further out than 60.0 deg"));
+  EXPECT_THAT(refused(observations(truth, 40, 95)), HasSubstr("nearer to the axis"));
+  EXPECT_THAT(refused(observations(truth, 0, 120)), HasSubstr("outside the field"));
+  std::vector<LampObservation> gap = observations(truth, 0, 20, 20);
+  const std::vector<LampObservation> far = observations(truth, 80, 95, 20);
   gap.insert(gap.end(), far.begin(), far.end());
   EXPECT_THAT(refused(gap), HasSubstr("nothing between 20.0 and 80.0 deg"));
-  EXPECT_THAT(refused(sightings(truth), 0), HasSubstr("half the field"));
+  EXPECT_THAT(refused(observations(truth), 0), HasSubstr("half the field"));
 }
 
 TEST(VignettingSolver, RefusesValuesThatNoLampHas) {
-  std::vector<LampSighting> seen = sightings(lens(-0.08, 0.005, 0));
+  std::vector<LampObservation> seen = observations(lens(-0.08, 0.005, 0));
   seen[20].value = 0;
   EXPECT_THAT(refused(seen), HasSubstr("not positive"));
   seen[20].value = std::nan("");
@@ -93,8 +93,8 @@ TEST(VignettingSolver, RefusesValuesThatNoLampHas) {
 
 TEST(VignettingSolver, RefusesAFieldThatReachesIntoTheDark) {
   // Falls to 0.01 at the edge: a calibration may not say so.
-  std::vector<LampSighting> seen = sightings(lens(0, 0, 0));
-  for (LampSighting& s : seen) s.value = 1 - 0.99 * std::pow(s.angle_rad / kField, 2);
+  std::vector<LampObservation> seen = observations(lens(0, 0, 0));
+  for (LampObservation& s : seen) s.value = 1 - 0.99 * std::pow(s.angle_rad / kField, 2);
   EXPECT_THAT(refused(seen), HasSubstr("lower max_angle_deg"));
 }
 

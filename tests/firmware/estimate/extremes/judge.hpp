@@ -8,7 +8,7 @@
 #include <lightwell/descriptor.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
-#include "firmware/estimate/extremes/studio.hpp"
+#include "firmware/estimate/extremes/rig_renderer.hpp"
 
 namespace lightwell::extremes {
 

@@ -52,7 +52,7 @@ DriftRow many_frames(int frames) {
   // A third of the frames each; the cycles complete.
   const int cycles = std::max(4, frames / 3 / kCycle);
   const auto normals = reference::fibonacci_normals(64);
-  const Studio codes(rig_of("equirect", 16, 8, PixelFormat::rgb8)), floats(rig_of("equirect", 32, 16));
+  const RigRenderer codes(rig_of("equirect", 16, 8, PixelFormat::rgb8)), floats(rig_of("equirect", 32, 16));
   Chance chance(51);
   const Pictures dim = codes.see(room(chance, 0));
   Descriptor d;

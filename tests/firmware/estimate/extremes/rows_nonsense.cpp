@@ -17,7 +17,7 @@ bool answer(Estimator& estimator, const Shot& shot, Descriptor& d, Tally& tally)
   return answered;
 }
 
-Pictures filled(const Studio& studio, float value) { return studio.see(constant({value, value, value})); }
+Pictures filled(const RigRenderer& studio, float value) { return studio.see(constant({value, value, value})); }
 
 void fill_codes(Shot& shot, int code) {
   for (std::vector<std::byte>& picture : shot.bytes) std::ranges::fill(picture, static_cast<std::byte>(code));
@@ -44,7 +44,7 @@ Tally all_black(PixelFormat format) {
     if (!d.lights.empty() && tally.silent++ == 0) tally.silent_case = where + ": a light";
   };
   for (const char* kind : {"pair", "single", "double_sphere", "equirect"}) {
-    const Studio studio(rig_of(kind, 160, std::string(kind) == "equirect" ? 80 : 120, format));
+    const RigRenderer studio(rig_of(kind, 160, std::string(kind) == "equirect" ? 80 : 120, format));
     for (const EstimatorConfig& config : every_choice()) {
       const auto estimator = estimator_of(studio.rig(), config);
       const std::string where = std::string(kind) + " " + name_of(config);
@@ -63,7 +63,7 @@ Tally all_black(PixelFormat format) {
 Tally all_saturated() {
   Tally tally;
   for (const char* kind : {"pair", "single", "double_sphere", "equirect"}) {
-    const Studio codes(rig_of(kind, 160, std::string(kind) == "equirect" ? 80 : 120, PixelFormat::rgb8));
+    const RigRenderer codes(rig_of(kind, 160, std::string(kind) == "equirect" ? 80 : 120, PixelFormat::rgb8));
     for (const EstimatorConfig& config : every_choice()) {
       const auto estimator = estimator_of(codes.rig(), config);
       Shot shot = codes.as_rgb8(filled(codes, 0), 0.01, 0);
@@ -104,7 +104,7 @@ Tally nonsense(Extent extent) {
   Tally tally;
   for (const char* kind : {"pair", "equirect"}) {
     const bool sphere = std::string(kind) == "equirect";
-    const Studio studio(rig_of(kind, 160, sphere ? 80 : 120));
+    const RigRenderer studio(rig_of(kind, 160, sphere ? 80 : 120));
     Scene scene = constant({1, 0.9F, 0.8F});
     scene.discs.push_back({normalized(Vec3d{0.3, 0.8, -0.5}), 0.08, {300, 250, 200}});
     const Pictures good = studio.see(scene);
@@ -149,7 +149,7 @@ Tally nonsense(Extent extent) {
 
 Tally huge() {
   Tally tally;
-  const Studio studio(rig_of("pair", 160, 120));
+  const RigRenderer studio(rig_of("pair", 160, 120));
   for (const EstimatorConfig& config : every_choice())
     for (const float value : {1e-44F, 1e-38F, 1e-30F, 1e30F, 1e36F, 1e38F, std::numeric_limits<float>::max()}) {
       const Pictures even = filled(studio, value);
@@ -174,7 +174,7 @@ Tally huge() {
 
 Tally bright_pixel_on_the_wire() {
   Tally tally;
-  const Studio studio(rig_of("pair", 160, 120));
+  const RigRenderer studio(rig_of("pair", 160, 120));
   const Pictures even = filled(studio, 1);
   for (const EstimatorConfig& config : every_choice()) {
     const auto estimator = estimator_of(studio.rig(), config);
@@ -195,7 +195,7 @@ Tally bright_pixel_on_the_wire() {
 
 Tally random_bits(int frames) {
   Tally tally;
-  const Studio studio(rig_of("pair", 64, 48));
+  const RigRenderer studio(rig_of("pair", 64, 48));
   for (const EstimatorConfig& config : every_choice()) {
     const auto estimator = estimator_of(studio.rig(), config);
     Chance chance(31);
@@ -226,11 +226,11 @@ Tally random_bits(int frames) {
 SightRow exposures() {
   SightRow row;
   constexpr double kHuge = std::numeric_limits<double>::infinity(), kNone = std::numeric_limits<double>::quiet_NaN();
-  const Studio floats(rig_of("pair", 160, 120)), codes(rig_of("pair", 160, 120, PixelFormat::rgb8));
+  const RigRenderer floats(rig_of("pair", 160, 120)), codes(rig_of("pair", 160, 120, PixelFormat::rgb8));
   Scene scene = constant({1, 0.9F, 0.8F});
   scene.discs.push_back({normalized(Vec3d{0.3, 0.8, -0.5}), 0.12, {20, 20, 20}});
   for (const bool float_pixels : {true, false}) {
-    const Studio& studio = float_pixels ? floats : codes;
+    const RigRenderer& studio = float_pixels ? floats : codes;
     const Pictures pictures = studio.see(scene);
     const Shot shot = float_pixels ? studio.as_floats(pictures) : studio.as_rgb8(pictures, 4e-4, 1);
     const double right = shot.frame.info.exposure_s;

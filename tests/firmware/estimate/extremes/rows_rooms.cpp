@@ -49,7 +49,7 @@ void note(double value, const std::string& where, ScaleRow& row) {
 
 ScaleRow radiance_scaled(int rooms, Steps steps) {
   ScaleRow row;
-  const Studio studio(rig_of("pair", 160, 120));
+  const RigRenderer studio(rig_of("pair", 160, 120));
   const auto& normals = studio.truth().normals();
   for (const EstimatorConfig& config : every_choice()) {
     Chance chance(11);
@@ -84,7 +84,7 @@ ScaleRow radiance_scaled(int rooms, Steps steps) {
 
 ScaleRow exposure_scaled(int rooms) {
   ScaleRow row;
-  const Studio studio(rig_of("pair", 160, 120, PixelFormat::rgb8));
+  const RigRenderer studio(rig_of("pair", 160, 120, PixelFormat::rgb8));
   for (const EstimatorConfig& config : every_choice()) {
     Chance chance(12);
     for (int i = 0; i < rooms; ++i) {
@@ -106,7 +106,7 @@ ScaleRow exposure_scaled(int rooms) {
 TurnRow turned_rooms(int rooms, int turns) {
   TurnRow row;
   for (const char* kind : {"pair", "double_sphere", "equirect"}) {
-    const Studio studio(std::string(kind) == "equirect" ? rig_of(kind, 320, 160) : rig_of(kind, 240, 180));
+    const RigRenderer studio(std::string(kind) == "equirect" ? rig_of(kind, 320, 160) : rig_of(kind, 240, 180));
     const auto& normals = studio.truth().normals();
     for (const EstimatorConfig& config : every_choice()) {
       const auto estimator = estimator_of(studio.rig(), config);
@@ -145,7 +145,7 @@ TurnRow turned_rooms(int rooms, int turns) {
 
 Tally thousand_lights(int scenes) {
   Tally tally;
-  const Studio studio(rig_of("pair", 320, 240));
+  const RigRenderer studio(rig_of("pair", 320, 240));
   std::vector<EstimatorConfig> configs = every_choice();
   configs.push_back(choice(Setting::exact, 0));
   configs.back().max_lights = static_cast<int>(kMaxLights);

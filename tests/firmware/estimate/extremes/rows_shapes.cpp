@@ -15,7 +15,7 @@ SightRow sizes() {
   for (const char* kind : {"pair", "single", "double_sphere", "equirect"})
     for (const PixelFormat format : {PixelFormat::rgb_f32, PixelFormat::rgb8})
       for (const auto& size : kSizes) {
-        const Studio studio(rig_of(kind, size[0], size[1], format));
+        const RigRenderer studio(rig_of(kind, size[0], size[1], format));
         Scene lit = constant({1, 0.9F, 0.8F});
         Chance chance(41);
         const Scene scenes[] = {lit, room(chance, 0), room(chance, format == PixelFormat::rgb8 ? 0 : 3)};
@@ -72,7 +72,7 @@ std::string name_of(UnseenFill fill) {
 SightRow coverage() {
   SightRow row;
   for (const double share : {1e-6, 1e-4, 0.01, 0.25, 0.49}) {
-    const Studio studio(rig_that_sees(share, 640, 640));
+    const RigRenderer studio(rig_that_sees(share, 640, 640));
     const Pictures even = studio.see(constant({1, 1, 1})), black = studio.see(constant({0, 0, 0}));
     for (EstimatorConfig config : every_choice())
       for (const UnseenFill fill : {UnseenFill::none, UnseenFill::mirror, UnseenFill::average}) {
@@ -103,7 +103,7 @@ SightRow coverage() {
         ++row.tally.refused;
         continue;
       }
-      const Studio studio(blind);
+      const RigRenderer studio(blind);
       Pictures pictures = studio.see(constant({1, 1, 1}));
       for (float& v : pictures[0]) v = 1;
       const Shot shot = studio.as_floats(pictures);
@@ -118,7 +118,7 @@ SightRow coverage() {
 
 SightRow camera_gone() {
   SightRow row;
-  const Studio pair(rig_of("pair", 320, 240));
+  const RigRenderer pair(rig_of("pair", 320, 240));
   const Shot both = pair.as_floats(pair.see(constant({1, 1, 1})));
   for (EstimatorConfig config : every_choice())
     for (const UnseenFill fill : {UnseenFill::none, UnseenFill::mirror, UnseenFill::average}) {

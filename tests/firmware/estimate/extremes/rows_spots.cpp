@@ -60,7 +60,7 @@ std::vector<Vec3d> special_places() {
 SpotRow hot_pixel(int places) {
   SpotRow row;
   for (const char* kind : {"pair", "equirect"}) {
-    const Studio studio(std::string(kind) == "equirect" ? rig_of(kind, 320, 160) : rig_of(kind, 160, 120));
+    const RigRenderer studio(std::string(kind) == "equirect" ? rig_of(kind, 320, 160) : rig_of(kind, 160, 120));
     const Pictures even = studio.see(constant({1, 1, 1}));
     for (const EstimatorConfig& config : every_choice()) {
       const auto estimator = estimator_of(studio.rig(), config);
@@ -104,7 +104,7 @@ const char* name_of(Place place) {
 namespace {
 
 /// What the pixels hold of a disc: near a pole of an equirectangular picture a few percent beside the disc itself.
-double energy_held(const Studio& studio, const Pictures& with, const Pictures& without) {
+double energy_held(const RigRenderer& studio, const Pictures& with, const Pictures& without) {
   double sum = 0;
   for (std::size_t k = 0; k < with.size(); ++k)
     for (std::size_t i = 0; i < studio.table().lenses[k].solid_angle.size(); ++i)
@@ -145,7 +145,7 @@ std::vector<SpotRow> suns(const char* kind, int width, std::span<const Place> pl
   std::vector<SpotRow> rows(places.size());
   constexpr double kRadius = 0.25 * kDegree;
   const float level = radiance_times_mean(1e5, kRadius, 1);
-  const Studio studio(rig_of(kind, width, std::string(kind) == "equirect" ? width / 2 : width * 3 / 4));
+  const RigRenderer studio(rig_of(kind, width, std::string(kind) == "equirect" ? width / 2 : width * 3 / 4));
   const std::vector<EstimatorConfig> configs = every_choice();
   std::vector<std::unique_ptr<Estimator>> estimators;
   for (const EstimatorConfig& config : configs) estimators.push_back(estimator_of(studio.rig(), config));
@@ -170,7 +170,7 @@ std::vector<SpotRow> suns(const char* kind, int width, std::span<const Place> pl
 
 SpotRow light_direction(const RigParameters& rig, double diameter_deg, int anywhere, Setting setting) {
   SpotRow row;
-  const Studio studio(rig);
+  const RigRenderer studio(rig);
   const auto estimator = estimator_of(rig, choice(setting, 0.01));
   const double radius = diameter_deg / 2 * kDegree;
   const Pictures even = studio.see(constant({1, 1, 1}));

@@ -41,7 +41,7 @@ double energy(const std::vector<reference::Rgb>& irradiance) {
 TwoLightsRow two_lights(const EstimatorConfig& config, PixelFormat format, double second) {
   TwoLightsRow row;
   const bool codes = format == PixelFormat::rgb8;
-  const Studio studio(rig_of("pair", 320, 240, format));
+  const RigRenderer studio(rig_of("pair", 320, 240, format));
   const auto estimator = estimator_of(studio.rig(), config);
   const auto& normals = studio.truth().normals();
   constexpr double kRadius = 1.5 * kDegree;

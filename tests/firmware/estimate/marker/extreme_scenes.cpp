@@ -25,7 +25,7 @@ using reference::MarkerStage;
 constexpr double kDegree = std::numbers::pi / 180;
 /// 99.73 % of two numbers lie within: what three deviations are of one.
 constexpr double kThreeSigma = 11.83;
-constexpr double kMostDeg = 10;
+constexpr double kMaxError_deg = 10;
 constexpr double kBrightest = 0.8;
 constexpr std::array<double, 3> kSkin = {0.45, 0.30, 0.22};
 
@@ -341,13 +341,13 @@ ExtremePicture::ExtremePicture(ExtremeCase what) : case_(std::move(what)) {
   truth_ = reference::lamp_truths(case_.scene).front().direction_probe;
 }
 
-std::vector<Verdict> ExtremePicture::judged(std::uint64_t seed) const {
+std::vector<Evaluation> ExtremePicture::judged(std::uint64_t seed) const {
   RigParameters believed = rig_;
   auto& model = std::get<MeiParameters>(believed.lenses.front().model);
   model.fx *= case_.believed_focal, model.fy *= case_.believed_focal;
   const MarkerBody& body = case_.believed_body ? *case_.believed_body : case_.scene.body;
   const auto stop = [](const Status& s) {
-    Verdict v;
+    Evaluation v;
     v.outcome = Outcome::wrong;
     v.why = "not made: " + s.message();
     return std::vector{v};
@@ -358,7 +358,7 @@ std::vector<Verdict> ExtremePicture::judged(std::uint64_t seed) const {
   if (!estimator) return stop(estimator.status());
 
   const measure::Camera camera(rig_, case_.format);
-  std::vector<Verdict> out;
+  std::vector<Evaluation> out;
   for (std::size_t i = 0; i < case_.brightness.size(); ++i) {
     std::vector<double> exposures;
     for (const double e : case_.exposures) exposures.push_back(e * exposure_ * case_.brightness[i]);
@@ -373,15 +373,15 @@ std::vector<Verdict> ExtremePicture::judged(std::uint64_t seed) const {
   return out;
 }
 
-Verdict ExtremePicture::worst(std::uint64_t seed) const {
-  const std::vector<Verdict> all = judged(seed);
-  return *std::max_element(all.begin(), all.end(), [](const Verdict& a, const Verdict& b) {
+Evaluation ExtremePicture::worst(std::uint64_t seed) const {
+  const std::vector<Evaluation> all = judged(seed);
+  return *std::max_element(all.begin(), all.end(), [](const Evaluation& a, const Evaluation& b) {
     return std::pair(a.outcome, a.error_deg) < std::pair(b.outcome, b.error_deg);
   });
 }
 
-Verdict judge_extreme(const Status& status, const Descriptor& made, Vec3d truth) {
-  Verdict out;
+Evaluation judge_extreme(const Status& status, const Descriptor& made, Vec3d truth) {
+  Evaluation out;
   if (!status.ok()) {
     out.why = status.message();
     const bool known = status.code() == StatusCode::not_found || status.code() == StatusCode::invalid_argument;
@@ -411,7 +411,7 @@ Verdict judge_extreme(const Status& status, const Descriptor& made, Vec3d truth)
   const bool unsure = made.flags.has(Flag::unsure) || made.flags.has(Flag::dark);
   if (unsure || (made.flags.has(Flag::clipped) && near_enough)) {
     out.outcome = Outcome::flagged;
-  } else if (near_enough && out.error_deg <= kMostDeg) {
+  } else if (near_enough && out.error_deg <= kMaxError_deg) {
     out.outcome = Outcome::right;
   } else {
     out.outcome = Outcome::wrong;

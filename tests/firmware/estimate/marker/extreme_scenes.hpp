@@ -51,7 +51,7 @@ struct ExtremeCase {
 enum class Outcome : std::uint8_t { refused, flagged, right, wrong };
 [[nodiscard]] const char* name_of(Outcome outcome);
 
-struct Verdict {
+struct Evaluation {
   Outcome outcome = Outcome::refused;
   std::string why;                      ///< The refusal's message, the flags, or what is wrong.
   std::optional<Vec3d> direction;       ///< Of the strongest light that was answered.
@@ -66,9 +66,9 @@ class ExtremePicture {
 
   [[nodiscard]] const ExtremeCase& what() const { return case_; }
   /// Finder and estimator made anew, then all frames of the sequence, each judged. `seed`: another one is other noise.
-  [[nodiscard]] std::vector<Verdict> judged(std::uint64_t seed) const;
+  [[nodiscard]] std::vector<Evaluation> judged(std::uint64_t seed) const;
   /// The worst of them: wrong before right before flagged before refused, then the larger error.
-  [[nodiscard]] Verdict worst(std::uint64_t seed) const;
+  [[nodiscard]] Evaluation worst(std::uint64_t seed) const;
 
  private:
   ExtremeCase case_;
@@ -81,6 +81,6 @@ class ExtremePicture {
 /// Refused: not_found or invalid_argument, with a message. Flagged: unsure or dark; or clipped and within three of its
 /// deviations. Right: no such flag, the strongest light within three of its deviations of `truth` and within 10
 /// degrees. Wrong: all else, another error, a number that is not finite, and what the wire does not take.
-[[nodiscard]] Verdict judge_extreme(const Status& status, const Descriptor& made, Vec3d truth);
+[[nodiscard]] Evaluation judge_extreme(const Status& status, const Descriptor& made, Vec3d truth);
 
 }  // namespace lightwell::marker::test

@@ -20,7 +20,7 @@ inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// Irradiance of a small surface by that of one that faces the lamp in the body's centre: the inverse-square law and
 /// Lambert's.
-inline double share_of(const Lamp& lamp, Vec3d at, Vec3d normal) {
+inline double share_of(const PointLight& lamp, Vec3d at, Vec3d normal) {
   if (!(lamp.inverse_distance > 0)) return std::max(0.0, dot(normal, lamp.direction));
   const double distance = 1 / lamp.inverse_distance;
   const Vec3d way = lamp.direction * distance - at;
@@ -35,7 +35,7 @@ inline Vec3d towards(double azimuth_deg, double elevation_deg) {
 }
 
 struct LitBody {
-  std::vector<Lamp> lamps;
+  std::vector<PointLight> lamps;
   double ambient = 0.05;  ///< Irradiance from all around, alike for all normals.
   double turn_deg = 0;    ///< About +Y; 0: a face towards the camera, 36: an edge.
   double camera_elevation_deg = 26.565;
@@ -70,7 +70,7 @@ struct LitBody {
   }
 
   /// Whether the body stands between a point outside of it and a lamp.
-  [[nodiscard]] bool shaded(Vec3d point, const Lamp& lamp) const {
+  [[nodiscard]] bool shaded(Vec3d point, const PointLight& lamp) const {
     const Vec3d to_lamp =
         lamp.inverse_distance > 0 ? lamp.direction * (1 / lamp.inverse_distance) - point : lamp.direction * 10.0;
     double enter = 0, leave = 1;
@@ -108,7 +108,7 @@ struct LitBody {
         const double noise = of_face * (1 + sample_noise * normal(random));
         for (std::size_t c = 0; c < 3; ++c) {
           double e = ambient;
-          for (const Lamp& lamp : lamps) e += lamp.irradiance[c] * share_of(lamp, sample.position, sample.normal);
+          for (const PointLight& lamp : lamps) e += lamp.irradiance[c] * share_of(lamp, sample.position, sample.normal);
           sample.irradiance[c] = std::max(0.0, e * noise + floor);
           sample.sigma[c] = 1e-4;
         }
@@ -116,7 +116,7 @@ struct LitBody {
       }
     }
     if (!table) return out;
-    Table& on = out.table.emplace();
+    GroundPlane& on = out.table.emplace();
     on.point = {0, -kInradius, 0};
     on.normal = {0, 1, 0};
     on.step_m = 0.02;
@@ -127,12 +127,12 @@ struct LitBody {
         const Vec3d ray = normalized(p - camera);
         if (length(camera + ray * dot(-camera, ray)) < 1.25 * kInradius && dot(-camera, ray) < length(p - camera))
           continue;
-        TableSample sample;
+        GroundSample sample;
         sample.position = p;
         const double squared = x * x + z * z + kInradius * kInradius;
         sample.occluded = kInradius * kInradius * kInradius / (squared * std::sqrt(squared));
         double e = ambient * (1 - sample.occluded);
-        for (const Lamp& lamp : lamps) {
+        for (const PointLight& lamp : lamps) {
           double seen = 0;
           for (int k = 0; k < 16; ++k)
             seen +=

@@ -24,7 +24,7 @@ class MarkerExtremes : public testing::TestWithParam<ExtremeCase> {};
 TEST_P(MarkerExtremes, IsRefusedOrFlaggedOrRight) {
   const ExtremePicture picture(GetParam());
   for (const std::uint64_t seed : {1U, 2U}) {
-    for (const Verdict& v : picture.judged(seed)) {
+    for (const Evaluation& v : picture.judged(seed)) {
       if (GetParam().unsolved) {
         EXPECT_TRUE(v.outcome != Outcome::wrong || v.why.find("beyond three deviations") != std::string::npos) << v.why;
         continue;
@@ -59,12 +59,12 @@ const ExtremeCase& case_of(const std::string& name) {
 // far apart as both say of themselves, and each is as good as a lamp in view has to be.
 TEST(MarkerFormats, OneSceneHasOneLightWhateverThePixels) {
   constexpr double kLampInViewDeg = 3;
-  const Verdict rgb = ExtremePicture(case_of("plain")).worst(1);
+  const Evaluation rgb = ExtremePicture(case_of("plain")).worst(1);
   ASSERT_TRUE(rgb.direction.has_value());
   EXPECT_LT(rgb.error_deg, kLampInViewDeg);
   for (const PixelFormat format :
        {PixelFormat::nv12, PixelFormat::yuyv, PixelFormat::bayer_rggb8, PixelFormat::bayer_rggb12}) {
-    const Verdict other = ExtremePicture(case_of("plain, " + std::string(to_string(format)))).worst(1);
+    const Evaluation other = ExtremePicture(case_of("plain, " + std::string(to_string(format)))).worst(1);
     ASSERT_TRUE(other.direction.has_value()) << to_string(format);
     EXPECT_LT(other.error_deg, kLampInViewDeg) << to_string(format);
     EXPECT_LT(angle_between(*rgb.direction, *other.direction) * 180 / std::numbers::pi,
@@ -76,7 +76,7 @@ TEST(MarkerFormats, OneSceneHasOneLightWhateverThePixels) {
 TEST(MarkerExtremesRefuse, WhatShowsNoTagOfTheBody) {
   for (const char* name : {"exposure x 1e-4, all black", "mirrored picture", "another body's tags", "noise alone",
                            "floats, none a number"}) {
-    const Verdict v = ExtremePicture(case_of(name)).worst(1);
+    const Evaluation v = ExtremePicture(case_of(name)).worst(1);
     EXPECT_EQ(v.outcome, Outcome::refused) << name << ": " << name_of(v.outcome) << ", " << v.why;
   }
 }

@@ -35,9 +35,9 @@ RigParameters pinhole() {
   return rig;
 }
 
-TEST(SphereShares, AreSolidAnglesOfHemispheres) {
+TEST(SphereCoverage, AreSolidAnglesOfHemispheres) {
   constexpr double kSum = 0.002;
-  const auto coverage = [](const std::vector<SeenSurface>& surfaces) { return shares_of_sphere(surfaces).coverage; };
+  const auto coverage = [](const std::vector<VisibleSurface>& surfaces) { return sphere_coverage(surfaces).coverage; };
   EXPECT_EQ(coverage({}), 0);
   EXPECT_NEAR(coverage({{{0, 0, 1}}}), 0.5, kSum);
   EXPECT_NEAR(coverage({{{0, 0, 1}}, {{0, 0, 1}}}), 0.5, kSum) << "one hemisphere counts once";
@@ -46,9 +46,9 @@ TEST(SphereShares, AreSolidAnglesOfHemispheres) {
   EXPECT_NEAR(coverage({{{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}}), 0.875, kSum) << "all but an octant";
 }
 
-TEST(SphereShares, OnlyWhatNoReadableSurfaceReceivesIsSaturated) {
+TEST(SphereCoverage, OnlyWhatNoReadableSurfaceReceivesIsSaturated) {
   constexpr double kSum = 0.004;
-  const auto saturated = [](const std::vector<SeenSurface>& surfaces) { return shares_of_sphere(surfaces).saturated; };
+  const auto saturated = [](const std::vector<VisibleSurface>& surfaces) { return sphere_coverage(surfaces).saturated; };
   EXPECT_EQ(saturated({}), 0);
   EXPECT_EQ(saturated({{{0, 0, 1}, false}}), 0);
   EXPECT_EQ(saturated({{{0, 0, 1}, true}}), 1);
@@ -91,7 +91,7 @@ class Stage {
     }
   };
   /// The rings of `covered` are not to be seen: something white is before these faces.
-  [[nodiscard]] Sampled sample(int most_faces, const std::set<int>& covered = {}) const {
+  [[nodiscard]] Sampled sample(int max_faces, const std::set<int>& covered = {}) const {
     const std::vector<float> pixels = picture(covered);
     Frame frame;
     frame.info.exposure_s = 1;
@@ -100,7 +100,7 @@ class Stage {
     estimate::RowReader reader(rig_, table_);
     EXPECT_TRUE(reader.bind(std::span(&frame, 1)).ok());
     SamplerOptions options;
-    options.most_faces = most_faces;
+    options.max_faces = max_faces;
     Sampled out;
     out.counts = MarkerSampler(kWidth, options).sample(reader, 0, kWidth, kHeight, body_, placed_, 1, 3, out.shading);
     return out;
@@ -135,7 +135,7 @@ class Stage {
   CameraModel model_;
   MarkerBody body_;
   Pose pose_;
-  PlacedBody placed_;
+  PosedBody placed_;
 };
 
 std::set<int> first(const std::vector<int>& faces, std::size_t count) {

@@ -1,0 +1,138 @@
+#include "camera/backends/libcamera/camera_capabilities.hpp"
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "camera/bracket_cycle.hpp"
+
+namespace lightwell::libcam {
+namespace {
+
+using Clock = Mailbox::Clock;
+
+constexpr auto kFirstFrameTimeout = std::chrono::seconds(5);
+/// So many frames a camera may take to bring an exposure into force; the deepest pipelines need eight.
+constexpr int kMaxSettleFrames = 24;
+/// So many make a rate.
+constexpr int kFramesForRate = 8;
+
+std::string ms_text(double s) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g ms", 1e3 * s);
+  return text.data();
+}
+
+bool alike(double a, double b) { return std::abs(a - b) <= kExposureTolerance * b; }
+
+class Run {
+ public:
+  Run(Lens& lens, Mailbox& mailbox, Mailbox::Events& post) : lens_(lens), mailbox_(mailbox), events_(post) {}
+
+  /// The next good frame; false where none comes in time.
+  [[nodiscard]] bool next(std::int32_t exposure_us, Picture& picture) {
+    const Clock::time_point limit = Clock::now() + kFirstFrameTimeout;
+    while (Clock::now() < limit) {
+      while (!lens_.full())
+        if (!lens_.queue(exposure_us)) return false;
+      if (at_ == events_.completions.size()) {
+        mailbox_.take(events_, limit);
+        at_ = 0;
+        continue;
+      }
+      const Completion& completion = events_.completions[at_++];
+      if (completion.session != lens_.session()) continue;
+      picture = lens_.collect(completion.buffer);
+      lens_.make_idle(completion.buffer);
+      if (!picture.good) continue;
+      if (!first_) first_ = picture;
+      last_ = picture;
+      ++frames_;
+      return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] int frames() const { return frames_; }
+  [[nodiscard]] Duration interval(Duration nominal) const {
+    if (!first_) return nominal;
+    return measured_interval({last_.timestamp_ns - first_->timestamp_ns}, last_.sequence - first_->sequence, nominal);
+  }
+
+ private:
+  Lens& lens_;
+  Mailbox& mailbox_;
+  Mailbox::Events& events_;
+  std::size_t at_ = 0;
+  std::optional<Picture> first_;
+  Picture last_;
+  int frames_ = 0;
+};
+
+/// The camera says its exposures: until each of them has been in force.
+Status probe_exposures(Run& run, const SelectedControls& controls, Picture picture, CameraCapabilities& learned) {
+  for (std::size_t i = 0; i < controls.exposure_us.size(); ++i) {
+    const double asked = 1e-6 * controls.exposure_us[i];
+    int frames = 0;
+    while (!alike(picture.exposure_s.value_or(0), asked) && frames++ < kMaxSettleFrames)
+      if (!run.next(controls.exposure_us[i], picture))
+        return {StatusCode::unavailable, "it stopped giving frames while exposures were tried"};
+    const double got = picture.exposure_s.value_or(0);
+    if (!alike(got, asked)) {
+      if (controls.exposure_us.size() > 1 || got <= 0)
+        return {StatusCode::failed_precondition, "asked for an exposure of " + ms_text(asked) + " it says " +
+                                                     ms_text(got) + " after " + std::to_string(kMaxSettleFrames) +
+                                                     " frames: ask for one that it can do at this frame rate"};
+      learned.notes.push_back("an exposure of " + ms_text(asked) + " was asked for, the camera says " + ms_text(got));
+    }
+    learned.exposure_s[i] = got;
+    learned.gain = picture.gain.value_or(learned.gain);
+  }
+  return {};
+}
+
+}  // namespace
+
+Duration measured_interval(Duration passed, std::uint64_t frames, Duration nominal) {
+  if (frames == 0 || frames > 100'000 || passed.ns <= 0) return nominal;
+  return {passed.ns / static_cast<std::int64_t>(frames)};
+}
+
+Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mailbox::Events& post, double nominal_rate) {
+  const SelectedControls& controls = lens.controls();
+  const Duration nominal = controls.duration_us ? Duration{*controls.duration_us * 1000}
+                                                : Duration::from_seconds(1 / (nominal_rate > 0 ? nominal_rate : 30));
+  const auto named = [&](const Status& s) { return Status(s.code(), "camera '" + lens.id() + "': " + s.message()); };
+  // Another lens's rehearsal may have left something.
+  post.completions.clear();
+  mailbox.restart();
+  if (Status s = lens.start(); !s.ok()) return s;
+  Run run(lens, mailbox, post);
+  CameraCapabilities learned;
+  learned.exposure_s = controls.exposure_s();
+  learned.gain = controls.assumed_gain();
+  Status status;
+  Picture picture;
+  if (!run.next(controls.exposure_us.front(), picture)) {
+    status = {StatusCode::unavailable, "no whole frame came within 5 s: is its cable good, is the bus too busy?"};
+  } else {
+    learned.reports_exposure = picture.exposure_s.has_value();
+    if (learned.reports_exposure) status = probe_exposures(run, controls, picture, learned);
+    while (status.ok() && run.frames() < kFramesForRate)
+      if (!run.next(controls.exposure_us.front(), picture))
+        status = {StatusCode::unavailable, "it stopped giving frames"};
+  }
+  learned.interval = run.interval(nominal);
+  lens.stop();
+  mailbox.restart();
+  if (!status.ok()) return named(status);
+  if (!learned.reports_exposure && controls.exposure_us.size() > 1)
+    learned.notes.emplace_back(
+        "the camera does not say which exposure a frame had: each is held until it is sure, which "
+        "costs frames");
+  return learned;
+}
+
+}  // namespace lightwell::libcam

@@ -1,0 +1,195 @@
+// Memory that is lent, and sinks that are slow with it.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "camera/conformance/session.hpp"
+
+namespace lightwell::conformance {
+namespace {
+
+void expect_unchanged(const std::vector<Frame>& frames, const std::vector<std::uint32_t>& sums, const std::string& when,
+                      Violations& violations) {
+  const std::vector<std::uint32_t> now = checksums(frames);
+  for (std::size_t i = 0; i < now.size(); ++i)
+    if (now[i] != sums[i])
+      violations.push_back("frame " + std::to_string(frames[i].info.sequence) + ", which is held, was written to " +
+                           when);
+}
+
+bool is_over(Session& session) {
+  const CameraBackend::State state = session.camera().state();
+  return state == CameraBackend::State::finished || state == CameraBackend::State::lost;
+}
+
+/// Gives frames back from another thread than the one that they came on.
+class Releaser {
+ public:
+  void take(Frame frame) {
+    const std::lock_guard lock(mutex_);
+    frames_.push_back(std::move(frame));
+    changed_.notify_all();
+  }
+  /// Until all are given back.
+  void drain() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return frames_.empty() && !releasing_; });
+  }
+  ~Releaser() {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+      changed_.notify_all();
+    }
+    thread_.join();
+  }
+
+ private:
+  void run() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] { return ending_ || !frames_.empty(); });
+      if (ending_ && frames_.empty()) return;
+      std::vector<Frame> mine = std::exchange(frames_, {});
+      releasing_ = true;
+      lock.unlock();
+      mine.clear();
+      lock.lock();
+      releasing_ = false;
+      changed_.notify_all();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Frame> frames_;
+  bool ending_ = false, releasing_ = false;
+  std::thread thread_{[this] { run(); }};
+};
+
+}  // namespace
+
+Violations check_held_across_stop(const BackendUnderTest& camera) {
+  Violations violations;
+  Session session(camera, violations);
+  if (!session.good()) return violations;
+  // One stays free, so that frames come after the restart.
+  const std::size_t held = session.min_lent_frames() - 1;
+  auto watcher = std::make_shared<Watcher>();
+  watcher->keep(held);
+  if (!session.start(watcher)) return violations;
+  if (!watcher->wait_for(held, session.camera())) {
+    violations.push_back("only " + std::to_string(watcher->count()) + " of " + std::to_string(held) + " frames came");
+    return violations;
+  }
+  const std::vector<Frame> frames = watcher->take_kept();
+  const std::vector<std::uint32_t> sums = checksums(frames);
+  if (!session.stop()) return violations;
+  expect_unchanged(frames, sums, "by stop()", violations);
+  if (!session.collect()) return violations;
+  expect_unchanged(frames, sums, "after the next start()", violations);
+  (void)session.stop();
+  expect_unchanged(frames, sums, "by the second stop()", violations);
+  return violations;
+}
+
+Violations check_retaining_sink(const BackendUnderTest& camera) {
+  Violations violations;
+  Session session(camera, violations);
+  if (!session.good()) return violations;
+  auto watcher = std::make_shared<Watcher>();
+  // No camera has reason to lend so many; a recording's frames all fit where there are fewer.
+  const std::size_t too_many = 4 * session.min_lent_frames() + 32;
+  watcher->keep(too_many);
+  // At once: a camera may write into memory before we have looked at it.
+  auto sums = std::make_shared<std::vector<std::uint32_t>>();
+  watcher->on_frame = [sums](const Frame& frame) { sums->push_back(checksum(frame)); };
+  if (!session.start(watcher)) return violations;
+  // Longer than a busy machine keeps a thread from its work.
+  const auto quiet = std::max(8 * session.interval(), std::chrono::milliseconds(500));
+  if (!watcher->wait_until_idle(quiet, too_many)) {
+    violations.emplace_back("frames are lent without end");
+    (void)session.stop();
+    return violations;
+  }
+  std::vector<Frame> frames = watcher->take_kept();
+  if (frames.size() < session.min_lent_frames() && !is_over(session))
+    violations.push_back("only " + std::to_string(frames.size()) + " frames are lent at once, not " +
+                         std::to_string(session.min_lent_frames()));
+  expect_unchanged(frames, *sums, "while all were held", violations);
+
+  const bool over = is_over(session) || frames.empty();
+  const std::uint64_t last = frames.empty() ? 0 : frames.back().info.sequence;
+  const std::size_t before = watcher->count();
+  frames.clear();
+  if (!over) {
+    if (!watcher->wait_for(before + 1, session.camera())) {
+      violations.emplace_back("no frame comes after all were given back");
+    } else if (camera.pace == BackendUnderTest::Pace::own && watcher->seen()[before].info.sequence == last + 1) {
+      violations.emplace_back("frames were lost and the sequence shows no gap");
+    } else if (camera.pace == BackendUnderTest::Pace::taken && watcher->seen()[before].info.sequence != last + 1) {
+      violations.emplace_back("frames were lost by a camera that waits");
+    }
+  }
+  (void)session.stop();
+  return violations;
+}
+
+Violations check_release_on_other_thread(const BackendUnderTest& camera) {
+  Violations violations;
+  Session session(camera, violations);
+  if (!session.good()) return violations;
+  auto releaser = std::make_shared<Releaser>();
+  auto watcher = std::make_shared<Watcher>();
+  watcher->on_frame = [releaser](Frame& frame) { releaser->take(std::move(frame)); };
+  if (!session.start(watcher)) return violations;
+  const std::size_t enough = camera.frames > 0 ? kFramesWanted : 2 * session.min_lent_frames();
+  if (!watcher->wait_for(enough, session.camera()))
+    violations.emplace_back("frames given back on another thread do not come again");
+  (void)session.stop();
+  releaser->drain();
+  return violations;
+}
+
+namespace {
+
+Violations slow_sink_once(const BackendUnderTest& camera) {
+  // The frame that waited, the one that is due, and one for a machine that is busy.
+  constexpr int kMaxPerInterval = 3;
+  constexpr int kIntervalsSlept = 12;
+  Violations violations;
+  Session session(camera, violations);
+  if (!session.good() || camera.pace == BackendUnderTest::Pace::taken || !(session.info().frame_rate > 0))
+    return violations;
+  const std::chrono::milliseconds interval = session.interval();
+  auto watcher = std::make_shared<Watcher>();
+  watcher->on_frame = [n = 0, sleep = kIntervalsSlept * interval](const Frame&) mutable {
+    if (++n == 3) std::this_thread::sleep_for(sleep);
+  };
+  if (!session.start(watcher)) return violations;
+  (void)watcher->wait_for(3 + 8, session.camera());
+  if (!session.stop()) return violations;
+  const std::vector<ReceivedFrame> seen = watcher->seen();
+  if (seen.size() < 4) {
+    violations.emplace_back("no frame comes after the sink was slow once");
+    return violations;
+  }
+  const ProbeTime end = seen[3].at + Duration{std::chrono::nanoseconds(interval).count()};
+  const auto burst = std::count_if(seen.begin() + 3, seen.end(), [end](const ReceivedFrame& s) { return s.at < end; });
+  if (burst > kMaxPerInterval)
+    violations.push_back(std::to_string(burst) + " frames came within one interval after the sink was slow once");
+  return violations;
+}
+
+}  // namespace
+
+Violations check_slow_sink(const BackendUnderTest& camera) {
+  // A busy machine holds threads up, and frames come at once then. A camera that catches up does it every time.
+  constexpr int kTries = 3;
+  Violations violations;
+  for (int i = 0; i < kTries; ++i)
+    if (violations = slow_sink_once(camera); violations.empty()) break;
+  return violations;
+}
+
+}  // namespace lightwell::conformance

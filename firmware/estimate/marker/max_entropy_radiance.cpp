@@ -1,0 +1,171 @@
+#include "estimate/marker/max_entropy_radiance.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "estimate/marker/fibonacci_directions.hpp"
+
+namespace lightwell::marker {
+namespace {
+
+/// 10 degrees apart: finer than any surface tells, whose cosine is wider.
+constexpr int kDirections = 500;
+constexpr double kSteradian = 4 * std::numbers::pi / kDirections;
+/// Newton's steps; ten are common. The step that is left moves no irradiance by more than this share of the mean.
+constexpr int kMaxIterations = 100;
+constexpr double kConvergence = 1e-9;
+/// What stands out about a direction lies within this angle of it, and its surroundings within the other, rad.
+constexpr double kPeakRadius_rad = 0.35, kSurroundRadius_rad = 0.6;
+/// Normals of one surface differ by less.
+constexpr double kFlat = 0.9999;
+
+const std::vector<Vec3d>& directions() {
+  static const std::vector<Vec3d> all = fibonacci_directions(kDirections);
+  return all;
+}
+
+struct Surfaces {
+  std::vector<Vec3d> normals;
+  std::array<Eigen::VectorXd, 3> irradiance;
+};
+
+/// A flat surface is one number, its mean; each sample of a curved one is its own.
+Surfaces surfaces_of(std::span<const SurfaceSample> samples) {
+  struct Sum {
+    Vec3d normal;
+    int surface;
+    Rgb irradiance{};
+    int count = 0;
+  };
+  std::vector<Sum> sums;
+  for (const SurfaceSample& s : samples) {
+    const bool same = !sums.empty() && sums.back().surface == s.surface && dot(sums.back().normal, s.normal) > kFlat;
+    if (!same) sums.push_back({s.normal, s.surface});
+    for (std::size_t c = 0; c < 3; ++c) sums.back().irradiance[c] += s.irradiance[c];
+    ++sums.back().count;
+  }
+  Surfaces out;
+  for (Eigen::VectorXd& of_channel : out.irradiance) of_channel.resize(static_cast<Eigen::Index>(sums.size()));
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    out.normals.push_back(sums[i].normal);
+    for (std::size_t c = 0; c < 3; ++c)
+      out.irradiance[c][static_cast<Eigen::Index>(i)] = sums[i].irradiance[c] / sums[i].count;
+  }
+  return out;
+}
+
+Eigen::MatrixXd cosines(const std::vector<Vec3d>& normals) {
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(normals.size()), kDirections);
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    for (std::size_t k = 0; k < directions().size(); ++k)
+      out(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = std::max(0.0, dot(normals[i], directions()[k]));
+  return out;
+}
+
+/// Radiance from each direction, in units of the mean irradiance: the minimum over mu of
+///   sum x(mu) dw - mu . e + |sigma mu|^2 / 2,   x = exp(cosines' mu) / pi,
+/// whose gradient is what x makes of the surfaces less what they get, as far as sigma lets it.
+Eigen::ArrayXd solve_max_entropy(const Eigen::MatrixXd& cosines, const Eigen::VectorXd& e, const ErrorModel& errors) {
+  const Eigen::ArrayXd variance =
+      (errors.surface_relative_sigma * e.array()).square() + std::pow(errors.surface_sigma_floor * e.maxCoeff(), 2);
+  const auto radiance = [&](const Eigen::VectorXd& mu) -> Eigen::ArrayXd {
+    return (cosines.transpose() * mu).array().exp() / std::numbers::pi;
+  };
+  const auto value = [&](const Eigen::VectorXd& mu, const Eigen::ArrayXd& x) {
+    return kSteradian * x.sum() - mu.dot(e) + 0.5 * (variance * mu.array().square()).sum();
+  };
+  Eigen::VectorXd mu = Eigen::VectorXd::Zero(e.size());
+  Eigen::ArrayXd x = radiance(mu);
+  double now = value(mu, x);
+  for (int step = 0; step < kMaxIterations; ++step) {
+    const Eigen::VectorXd slope = kSteradian * (cosines * x.matrix()) - e + (variance * mu.array()).matrix();
+    Eigen::MatrixXd curve = kSteradian * cosines * x.matrix().asDiagonal() * cosines.transpose();
+    curve.diagonal() += variance.matrix();
+    const Eigen::VectorXd towards = curve.ldlt().solve(-slope);
+    const double gain = -slope.dot(towards);
+    if (!(gain > kConvergence * kConvergence)) break;
+    // An exponential outruns its parabola: shorter steps until it falls.
+    double length = 1;
+    for (; length > 1e-10; length /= 2) {
+      const Eigen::VectorXd next = mu + length * towards;
+      const Eigen::ArrayXd there = radiance(next);
+      const double then = value(next, there);
+      if (!(then <= now - 1e-4 * length * gain)) continue;
+      mu = next;
+      x = there;
+      now = then;
+      break;
+    }
+    if (!(length > 1e-10)) break;
+  }
+  return x;
+}
+
+/// Takes what is brighter than its surroundings about `toward` out of x; its irradiance.
+double take_out(Vec3d toward, Eigen::ArrayXd& x) {
+  double around = 0;
+  int count = 0;
+  std::vector<Eigen::Index> about;
+  for (std::size_t k = 0; k < directions().size(); ++k) {
+    const double angle = angle_between(toward, directions()[k]);
+    if (angle < kPeakRadius_rad)
+      about.push_back(static_cast<Eigen::Index>(k));
+    else if (angle < kSurroundRadius_rad)
+      around += x[static_cast<Eigen::Index>(k)], ++count;
+  }
+  around /= std::max(1, count);
+  double out = 0;
+  for (const Eigen::Index k : about) {
+    if (!(x[k] > around)) continue;
+    out += (x[k] - around) * kSteradian;
+    x[k] = around;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSample> samples, const ErrorModel& errors,
+                                         std::span<const Vec3d> toward, int band) {
+  if (samples.empty()) return std::nullopt;
+  const Surfaces surfaces = surfaces_of(samples);
+  const Eigen::MatrixXd of_normals = cosines(surfaces.normals);
+  MaxEntropyRadiance out;
+  out.radiance.band = std::clamp(band, 0, kMaxBand);
+  out.lights.resize(toward.size());
+  std::array<Eigen::ArrayXd, 3> radiance;
+  bool any = false;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double mean = surfaces.irradiance[c].mean();
+    if (!(mean > 0) || !std::isfinite(mean)) {
+      radiance[c].setZero(kDirections);
+      continue;
+    }
+    any = true;
+    radiance[c] = mean * solve_max_entropy(of_normals, surfaces.irradiance[c] / mean, errors);
+    for (std::size_t k = 0; k < toward.size(); ++k) out.lights[k][c] = take_out(toward[k], radiance[c]);
+  }
+  if (!any) return std::nullopt;
+  const auto count = static_cast<std::size_t>(out.radiance.count());
+  std::array<std::array<double, sh_count(kMaxBand)>, 3> sums{};
+  std::array<double, sh_count(kMaxBand)> basis{};
+  for (std::size_t k = 0; k < directions().size(); ++k) {
+    sh_basis(out.radiance.band, directions()[k], std::span(basis).first(count));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double flux = radiance[c][static_cast<Eigen::Index>(k)] * kSteradian;
+      for (std::size_t i = 0; i < count; ++i) sums[c][i] += flux * basis[i];
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    out.radiance.c[i] = {static_cast<float>(sums[0][i]), static_cast<float>(sums[1][i]),
+                         static_cast<float>(sums[2][i])};
+  return out;
+}
+
+}  // namespace lightwell::marker

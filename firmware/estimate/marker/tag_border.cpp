@@ -1,0 +1,65 @@
+#include "estimate/marker/tag_border.hpp"
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace lightwell::marker {
+namespace {
+
+/// Of tag36h11: cells across, the ring of black ones at the edge included.
+constexpr double kCells = 8;
+/// Places along each side.
+constexpr int kPlaces = 6;
+/// Where the middles of the ring and of the rim are closer in the picture, blur mixes them.
+constexpr double kMinDistance_px = 3;
+constexpr int kMinPairs = 8;
+/// Ink is darker than so much of the paper beside it; paper beside paper, or whatever else is even, is not.
+constexpr double kMaxInkRatio = 0.75;
+/// Share of the places where that must be so.
+constexpr double kMinInkFraction = 0.7;
+/// Darker than so many times what rounding and noise hide, nothing is told.
+constexpr double kMinSignalToNoise = 3;
+
+}  // namespace
+
+TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width, int height,
+                   const MarkerBody& body, const MarkerFace& face, const PosedBody& placed) {
+  if (body.tag_family != "tag36h11") return TagBorder::indeterminate;
+  struct PixelSample {
+    double light = 0, variance = 0, bias = 0;
+    bool clipped = false;
+  };
+  estimate::ReadStatistics reading;
+  const auto read_pixel = [&](const PixelPosition& p) -> std::optional<PixelSample> {
+    if (!(p.x > -0.5 && p.y > -0.5 && p.x < width - 0.5 && p.y < height - 0.5)) return std::nullopt;
+    const int x = static_cast<int>(std::lround(p.x)), y = static_cast<int>(std::lround(p.y));
+    reader.read(lens, y, x, x + 1, estimate::RowReader::Reading::with_errors, row, reading);
+    PixelSample out{(static_cast<double>(row.r[0]) + row.g[0] + row.b[0]) / 3};
+    if (!row.certain) out.variance = row.variance[0], out.bias = row.bias[0], out.clipped = row.clipped[0] != 0;
+    return out;
+  };
+  const double cell = body.tag_size_m / kCells, ring = (kCells / 2 - 0.5) * cell, rim = (kCells / 2 + 0.5) * cell;
+  int pairs = 0, ink = 0;
+  double paper = 0, variance = 0, bias = 0;
+  for (int side = 0; side < 4; ++side) {
+    for (int k = 0; k < kPlaces; ++k) {
+      const double along = ((k + 0.5) / kPlaces - 0.5) * 2 * ring, sign = side < 2 ? 1 : -1;
+      const auto at = [&](double out) {
+        return placed.pixel_of(
+            placed.point_of(face, side % 2 == 0 ? FacePoint{sign * out, along} : FacePoint{along, sign * out}));
+      };
+      const std::optional<PixelPosition> inner = at(ring), outer = at(rim);
+      if (!inner || !outer || std::hypot(inner->x - outer->x, inner->y - outer->y) < kMinDistance_px) continue;
+      const std::optional<PixelSample> black = read_pixel(*inner), white = read_pixel(*outer);
+      if (!black || !white || black->clipped) continue;
+      ++pairs;
+      ink += black->light < kMaxInkRatio * white->light ? 1 : 0;
+      paper += white->light, variance += white->variance, bias += white->bias;
+    }
+  }
+  if (pairs < kMinPairs || !(paper > kMinSignalToNoise * (bias + std::sqrt(variance * pairs)))) return TagBorder::indeterminate;
+  return ink >= kMinInkFraction * pairs ? TagBorder::present : TagBorder::absent;
+}
+
+}  // namespace lightwell::marker

@@ -1,0 +1,115 @@
+#include "tools/lightwell_calibrate/world_tags.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "camera/uri.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
+
+namespace lightwell::calibrate {
+
+namespace {
+
+const std::vector<std::string_view> kColumns = {"family", "id", "size_m", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+enum Column : std::size_t { kFamily, kId, kSize, kTx, kTy, kTz, kQx, kQy, kQz, kQw };
+
+std::vector<std::string_view> cells_of(std::string_view line) {
+  std::vector<std::string_view> out;
+  while (true) {
+    const auto comma = line.find(',');
+    std::string_view cell = line.substr(0, comma);
+    const auto first = cell.find_first_not_of(" \t\r");
+    cell = first == std::string_view::npos ? std::string_view()
+                                           : cell.substr(first, cell.find_last_not_of(" \t\r") - first + 1);
+    out.push_back(cell);
+    if (comma == std::string_view::npos) return out;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+}  // namespace
+
+Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std::string& name) {
+  std::vector<WorldTag> out;
+  std::vector<std::size_t> order;  // Which column each cell of a line is.
+  int line_number = 0;
+  const auto wrong = [&](const std::string& what) {
+    return Status(StatusCode::invalid_argument, name + ":" + std::to_string(line_number) + ": " + what);
+  };
+  while (!text.empty()) {
+    const auto end = text.find('\n');
+    const std::string_view line = text.substr(0, end);
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+    ++line_number;
+    const std::vector<std::string_view> cells = cells_of(line);
+    if ((cells.size() == 1 && cells[0].empty()) || cells[0].starts_with('#')) continue;
+    if (order.empty()) {
+      for (const std::string_view cell : cells) {
+        const auto column = std::find(kColumns.begin(), kColumns.end(), cell);
+        if (column == kColumns.end()) {
+          const std::string near = nearest_name(cell, kColumns);
+          return wrong("unknown column '" + std::string(cell) + "'" +
+                       (near.empty() ? "" : "; did you mean '" + near + "'?"));
+        }
+        const auto index = static_cast<std::size_t>(column - kColumns.begin());
+        if (std::find(order.begin(), order.end(), index) != order.end())
+          return wrong("column " + std::string(cell) + " is there twice");
+        order.push_back(index);
+      }
+      for (std::size_t i = kId; i < kColumns.size(); ++i)
+        if (std::find(order.begin(), order.end(), i) == order.end())
+          return wrong("column " + std::string(kColumns[i]) + " is missing");
+      continue;
+    }
+    if (cells.size() != order.size())
+      return wrong(std::to_string(cells.size()) + " cells, where the first line names " + std::to_string(order.size()));
+    WorldTag tag;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string column(kColumns[order[i]]);
+      if (order[i] == kFamily) {
+        const Result<TagFamily> family = parse_tag_family(cells[i]);
+        if (!family) return wrong(family.status().message());
+        tag.family = *family;
+      } else if (order[i] == kId) {
+        const auto id = number<int>(cells[i]);
+        if (!id || *id < 0) return wrong("id: '" + std::string(cells[i]) + "' is not a tag's number");
+        tag.id = *id;
+      } else {
+        const auto value = number<double>(cells[i]);
+        if (!value || !std::isfinite(*value))
+          return wrong(column + ": '" + std::string(cells[i]) + "' is not a number");
+        Pose& p = tag.world_tag;
+        const std::array<double*, 10> fields = {nullptr,          nullptr,          &tag.size_m,   &p.translation.x,
+                                                &p.translation.y, &p.translation.z, &p.rotation.x, &p.rotation.y,
+                                                &p.rotation.z,    &p.rotation.w};
+        *fields[order[i]] = *value;
+      }
+    }
+    if (tag.id >= shape_of(tag.family).tags)
+      return wrong(std::string(to_string(tag.family)) + " has no tag " + std::to_string(tag.id));
+    if (!(tag.size_m > 0)) return wrong("size_m must be positive, in metres");
+    const Quat& q = tag.world_tag.rotation;
+    const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+    if (!(std::abs(norm - 1) < 1e-3)) return wrong("the quaternion's length is " + std::to_string(norm) + ", not 1");
+    tag.world_tag.rotation = q.normalized();
+    for (const WorldTag& other : out)
+      if (other.family == tag.family && other.id == tag.id)
+        return wrong(std::string(to_string(tag.family)) + " " + std::to_string(tag.id) + " is listed twice");
+    out.push_back(tag);
+  }
+  if (out.empty()) return Status(StatusCode::invalid_argument, name + ": lists no tag");
+  return out;
+}
+
+Result<std::vector<WorldTag>> load_world_tags(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Status(StatusCode::not_found, path + ": cannot be opened");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (file.bad()) return Status(StatusCode::data_loss, path + ": cannot be read");
+  return parse_world_tags(text, path);
+}
+
+}  // namespace lightwell::calibrate

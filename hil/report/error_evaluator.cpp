@@ -1,0 +1,57 @@
+#include "report/error_evaluator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <lightwell/query.hpp>
+
+namespace lightwell::hil {
+namespace {
+
+double median(std::vector<double> v) {
+  if (v.empty()) return 0;
+  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+  return v[v.size() / 2];
+}
+
+}  // namespace
+
+Evaluation ErrorEvaluator::judge(const Descriptor& descriptor, const sim::SceneState& state) {
+  std::vector<reference::Rgb>& truth = truth_[state.lamp_factor];
+  if (truth.empty()) {
+    const sim::Panorama& p = scene_.panorama(state);
+    const reference::Panorama world{p.width, p.height, {p.rgb.begin(), p.rgb.end()}};
+    truth = reference::irradiance_at(world, normals_);
+  }
+  std::vector<reference::Rgb> answer;
+  answer.reserve(normals_.size());
+  const Quat to_probe = state.rotation_world_probe.inverse();
+  for (const reference::V3& n : normals_) {
+    const Irradiance e = irradiance_at(descriptor, vec_cast<float>(rotate(to_probe, Vec3d{n.x, n.y, n.z})));
+    answer.push_back({e.r, e.g, e.b});
+  }
+  const reference::IrradianceError error = reference::irradiance_error(truth, answer);
+  Evaluation v;
+  v.error = std::max(error.rms, error.luminance_weighted);
+  v.bound = descriptor.bound.total;
+  v.flagged = !std::isfinite(v.bound);
+  return v;
+}
+
+Summary summarize(const std::vector<Evaluation>& verdicts) {
+  Summary s;
+  s.frames = verdicts.size();
+  std::vector<double> errors, ratios;
+  for (const Evaluation& v : verdicts) {
+    s.held += v.held() ? 1 : 0;
+    s.flagged += v.flagged ? 1 : 0;
+    errors.push_back(v.error);
+    s.largest_error = std::max(s.largest_error, v.error);
+    if (!v.flagged && v.error > 0) ratios.push_back(v.bound / v.error);
+  }
+  s.median_error = median(errors);
+  s.median_bound_over_error = median(ratios);
+  return s;
+}
+
+}  // namespace lightwell::hil

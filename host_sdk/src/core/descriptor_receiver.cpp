@@ -1,0 +1,169 @@
+#include "core/descriptor_receiver.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include <lightwell/codec.hpp>
+#include <lightwell/printable.hpp>
+
+#include "core/sample.hpp"
+
+namespace lightwell::core {
+namespace {
+
+std::string in_seconds(Duration d) {
+  std::string text = std::to_string(d.seconds());
+  text.erase(text.find('.') + 3);
+  return text + " s";
+}
+
+}  // namespace
+
+DescriptorReceiver::DescriptorReceiver(const ProbeOptions& options)
+    : capacity_(static_cast<std::size_t>(options.history)),
+      max_age_(options.max_age),
+      extrapolation_(options.extrapolation),
+      on_descriptor_(options.on_descriptor) {}
+
+void DescriptorReceiver::describe(const ProbeInfo& info) {
+  if (!info.T_world_probe)
+    T_world_probe_.reset();
+  else if (!T_world_probe_ || *T_world_probe_ != *info.T_world_probe)
+    T_world_probe_ = std::make_shared<const UncertainPose>(*info.T_world_probe);
+  const std::lock_guard lock(mutex_);
+  info_ = info;
+  described_ = true;
+  changed_.notify_all();
+}
+
+void DescriptorReceiver::take(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of) {
+  Result<Descriptor> decoded = decode_descriptor(bytes);
+  if (!decoded.ok()) {
+    const std::lock_guard lock(mutex_);
+    ++stats_.undecodable;
+    stats_.last_error = decoded.status().message();
+    return;
+  }
+  const std::optional<MappedTime> mapped = host_time_of(decoded->time);
+  if (!mapped) {
+    const std::lock_guard lock(mutex_);
+    ++stats_.untimely;
+    stats_.last_error =
+        "descriptor " + std::to_string(decoded->sequence) + " is not newer than what came before, or from the future";
+    return;
+  }
+  if (is_duplicate(*decoded)) {
+    const std::lock_guard lock(mutex_);
+    ++stats_.replayed;
+    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) + " came again after a newer one";
+    return;
+  }
+  newest_ = {decoded->probe_id, decoded->sequence, decoded->time.mid_exposure};
+  auto sample = std::make_shared<Sample>(sample_of(std::move(*decoded)));
+  sample->mid_exposure = mapped->at;
+  sample->time_uncertainty = mapped->uncertainty;
+  sample->received = received;
+  sample->encoded_bytes = bytes.size();
+  sample->T_world_probe = T_world_probe_;
+  const bool understood = environments_.take(sample->descriptor);
+  sample->environment = environments_.map_for(sample->descriptor);
+  reconstruct_radiance(*sample);
+  const std::shared_ptr<const Sample> shared = std::move(sample);
+  history_ = appended(history_.get(), shared, capacity_);
+  store_.publish(history_);
+  const HostTime stored{monotonic_now_ns()};
+  count(shared->descriptor, bytes.size(), understood);
+  if (on_descriptor_) on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
+}
+
+bool DescriptorReceiver::is_duplicate(const Descriptor& descriptor) const {
+  // A daemon that started again counts from the start, but its machine's clock went on.
+  return newest_ && descriptor.probe_id == newest_->probe_id && descriptor.sequence <= newest_->sequence &&
+         descriptor.time.mid_exposure <= newest_->mid_exposure;
+}
+
+void DescriptorReceiver::count(const Descriptor& descriptor, std::size_t bytes, bool map_understood) {
+  const std::lock_guard lock(mutex_);
+  ++stats_.received;
+  stats_.bytes += bytes;
+  if (descriptor.environment) ++(map_understood ? stats_.maps : stats_.maps_without_key);
+  // A sequence that does not rise is a probe that began anew: nothing is known of what is missing.
+  if (newest_sequence_ && descriptor.sequence > *newest_sequence_)
+    stats_.gaps += descriptor.sequence - *newest_sequence_ - 1;
+  newest_sequence_ = descriptor.sequence;
+  changed_.notify_all();
+}
+
+void DescriptorReceiver::refuse_oversized(std::size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  ++stats_.oversized;
+  stats_.last_error = "a message of " + std::to_string(bytes) + " bytes; a descriptor has at most " +
+                      std::to_string(kMaxDescriptorBytes);
+}
+
+void DescriptorReceiver::set_frame_counters(std::uint64_t lost, std::uint64_t refused) {
+  const std::lock_guard lock(mutex_);
+  stats_.frames_lost = lost;
+  stats_.frames_refused = refused;
+}
+
+void DescriptorReceiver::refuse(const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  ++stats_.undecodable;
+  stats_.last_error = printable(why);
+}
+
+void DescriptorReceiver::set_state(LinkState state) {
+  const std::lock_guard lock(mutex_);
+  if (state == LinkState::connected && stats_.state != LinkState::connected) {
+    reset_sequence();
+    if (was_connected_) ++stats_.reconnects;
+    was_connected_ = true;
+  }
+  stats_.state = state;
+  changed_.notify_all();
+}
+
+void DescriptorReceiver::report_error(const std::string& error) {
+  const std::lock_guard lock(mutex_);
+  stats_.last_error = printable(error);
+}
+
+Lighting DescriptorReceiver::latest(HostTime now) const {
+  const std::shared_ptr<const History> history = store_.read();
+  return newest_lighting(history.get(), now, max_age_);
+}
+
+Lighting DescriptorReceiver::at(HostTime time) const {
+  const std::shared_ptr<const History> history = store_.read();
+  return lighting_at(history.get(), time, max_age_, extrapolation_);
+}
+
+Status DescriptorReceiver::wait_until_described(Duration timeout) const {
+  std::unique_lock lock(mutex_);
+  if (changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return described_; })) return {};
+  return {StatusCode::unavailable, "no answer within " + in_seconds(timeout) +
+                                       (stats_.last_error.empty() ? std::string() : " (" + stats_.last_error + ")")};
+}
+
+Status DescriptorReceiver::wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const {
+  std::unique_lock lock(mutex_);
+  const auto come = [&] { return newest_sequence_ && newest_sequence_ != seen; };
+  const auto over = [&] { return stats_.state == LinkState::ended; };
+  changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return come() || over(); });
+  if (come()) return {};
+  if (over()) return {StatusCode::failed_precondition, "the recording has ended"};
+  return {StatusCode::unavailable, "no new descriptor within " + in_seconds(timeout)};
+}
+
+ProbeInfo DescriptorReceiver::info() const {
+  const std::lock_guard lock(mutex_);
+  return info_;
+}
+
+LinkStats DescriptorReceiver::stats() const {
+  const std::lock_guard lock(mutex_);
+  return stats_;
+}
+
+}  // namespace lightwell::core

@@ -1,0 +1,56 @@
+// The ways of discover(), and where their finds come together.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include <lightwell/discover.hpp>
+#include <lightwell/mqtt.hpp>
+
+namespace lightwell::core {
+
+/// Any thread.
+class DiscoveryResults {
+ public:
+  static constexpr std::size_t kMaxProbes = 1'000;
+
+  /// What was found before under the same key is replaced.
+  void put(const std::string& key, FoundProbe probe) {
+    const std::lock_guard lock(mutex_);
+    if (probes_.size() >= kMaxProbes && !probes_.contains(key))
+      ++refused_;
+    else
+      probes_[key] = std::move(probe);
+  }
+  void remove(const std::string& key) {
+    const std::lock_guard lock(mutex_);
+    probes_.erase(key);
+  }
+  void refuse() {
+    const std::lock_guard lock(mutex_);
+    ++refused_;
+  }
+  void problem(const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    problems_.push_back(what);
+  }
+  [[nodiscard]] Discovered take();
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, FoundProbe> probes_;
+  std::vector<std::string> problems_;
+  std::size_t refused_ = 0;
+};
+
+// Each blocks for `timeout` at most, or says at once that it cannot.
+
+void discover_by_mdns(Duration timeout, DiscoveryResults& results);
+void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, DiscoveryResults& results);
+/// Each probe that is plugged in is asked, at the same time as the others.
+void discover_by_usb(Duration timeout, DiscoveryResults& results);
+
+}  // namespace lightwell::core

@@ -1,0 +1,76 @@
+// A rig that looks at analytic light, and what is true of the light that its pixels hold.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <lightwell/calibration.hpp>
+
+#include "calibration/camera_model.hpp"
+#include "calibration/lens_table.hpp"
+#include "camera/frame.hpp"
+#include "firmware/estimate/extremes/scene.hpp"
+#include "reference/vector.hpp"
+
+namespace lightwell::extremes {
+
+/// r, g, b of each pixel, a picture a lens. Pixels that see nothing hold zero.
+using Pictures = std::vector<std::vector<float>>;
+
+/// A frame and the memory that it shows.
+struct Shot {
+  std::vector<std::vector<std::byte>> bytes;
+  Frame frame;
+};
+
+/// One of sim/rigs.hpp. Smaller than 16x8 too: the same lenses with fewer pixels.
+[[nodiscard]] RigParameters rig_of(const char* kind, int width, int height, PixelFormat format = PixelFormat::rgb_f32);
+/// A lens along -Z that sees this share of the sphere.
+[[nodiscard]] RigParameters rig_that_sees(double share, int width, int height);
+
+/// Irradiance of pictures, each pixel an even patch, at Fibonacci normals; sums of all pixels.
+class PixelTruth {
+ public:
+  explicit PixelTruth(const RigParameters& rig, int normals = 128);
+  [[nodiscard]] const std::vector<reference::V3>& normals() const { return normals_; }
+  [[nodiscard]] std::vector<reference::Rgb> irradiance(const Pictures& pictures) const;
+
+ private:
+  struct Patch {
+    std::size_t lens, pixel;
+  };
+  std::vector<reference::V3> normals_;
+  std::vector<Patch> patches_;
+  std::vector<float> x_, y_, z_, solid_angle_;
+};
+
+class RigRenderer {
+ public:
+  explicit RigRenderer(RigParameters rig);
+
+  [[nodiscard]] const RigParameters& rig() const { return rig_; }
+  [[nodiscard]] const RigTable& table() const { return table_; }
+  /// Side of a pixel of mean solid angle, rad.
+  [[nodiscard]] double pixel_rad() const { return pixel_rad_; }
+  /// Made when it is first asked for.
+  [[nodiscard]] const PixelTruth& truth() const;
+
+  /// Ambient light at the pixels' middles; of discs the share of each pixel that they cover.
+  [[nodiscard]] Pictures see(const Scene& scene) const;
+  void add(const Disc& disc, Pictures& pictures) const;
+
+  [[nodiscard]] Shot as_floats(const Pictures& pictures) const;
+  /// Through the simulated sensor with noise. `number` chooses the noise.
+  [[nodiscard]] Shot as_rgb8(const Pictures& pictures, double exposure_s, std::uint64_t number) const;
+
+ private:
+  [[nodiscard]] float covered(const Disc& disc, std::size_t lens, int x, int y) const;
+
+  RigParameters rig_;
+  RigTable table_;
+  std::vector<CameraModel> models_;
+  double pixel_rad_ = 0;
+  mutable std::shared_ptr<PixelTruth> truth_;
+};
+
+}  // namespace lightwell::extremes

@@ -1,0 +1,66 @@
+#include "core/replay_protection.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace lightwell::core {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kNow = 5'000 * kMs;
+
+/// The probe's clock is a second ahead of the host's; a round trip of 10 ms says so, within 5 ms.
+ClockMap a_second_ahead() {
+  ClockMap clock;
+  clock.add({kNow - 10 * kMs}, {kNow - 5 * kMs + 1'000 * kMs}, {kNow});
+  return clock;
+}
+
+TEST(ReplayProtection, MapsToTheHostsClock) {
+  ReplayProtection gate;
+  const auto at = gate.admit({kNow + 900 * kMs}, {kNow}, a_second_ahead());
+  ASSERT_TRUE(at);
+  EXPECT_EQ(at->at.ns, kNow - 100 * kMs);
+  EXPECT_EQ(at->uncertainty, a_second_ahead().uncertainty({kNow})) << "what the clocks leave open goes with it";
+}
+
+TEST(ReplayProtection, WhatCameBeforeDoesNotComeAgain) {
+  ReplayProtection gate;
+  const ClockMap clock = a_second_ahead();
+  ASSERT_TRUE(gate.admit({kNow + 900 * kMs}, {kNow}, clock));
+  EXPECT_FALSE(gate.admit({kNow + 900 * kMs}, {kNow}, clock)) << "the same again";
+  EXPECT_FALSE(gate.admit({kNow + 899 * kMs}, {kNow}, clock)) << "an older one";
+  EXPECT_FALSE(gate.admit({0}, {kNow}, clock)) << "the oldest";
+  EXPECT_TRUE(gate.admit({kNow + 901 * kMs}, {kNow}, clock));
+}
+
+TEST(ReplayProtection, WhatIsDatedInTheFutureWouldNeverGrowOld) {
+  ReplayProtection gate;
+  const ClockMap clock = a_second_ahead();
+  EXPECT_TRUE(gate.admit({kNow + 1'004 * kMs}, {kNow}, clock)) << "within what the clocks may be off";
+  EXPECT_FALSE(gate.admit({kNow + 1'006 * kMs}, {kNow}, clock));
+  EXPECT_FALSE(gate.admit({kNow + 3'600'000 * kMs}, {kNow}, clock));
+  EXPECT_TRUE(gate.admit({kNow + 1'005 * kMs}, {kNow + 10 * kMs}, clock)) << "what was refused left no trace";
+}
+
+TEST(ReplayProtection, TimesOutOfRangeAreRefused) {
+  ReplayProtection gate;
+  const ClockMap clock = a_second_ahead();
+  EXPECT_FALSE(gate.admit({-1}, {kNow}, clock));
+  EXPECT_FALSE(gate.admit({std::numeric_limits<std::int64_t>::max()}, {kNow}, clock));
+  EXPECT_FALSE(gate.admit({std::numeric_limits<std::int64_t>::min()}, {kNow}, clock));
+}
+
+TEST(ReplayProtection, AProbeThatBeganAnewBeginsAnew) {
+  ReplayProtection gate;
+  ASSERT_TRUE(gate.admit({kNow + 900 * kMs}, {kNow}, a_second_ahead()));
+  ClockMap rebooted;
+  rebooted.add({kNow}, {20 * kMs}, {kNow + 10 * kMs});
+  EXPECT_FALSE(gate.admit({15 * kMs}, {kNow + 10 * kMs}, rebooted));
+  gate.forget();
+  EXPECT_TRUE(gate.admit({15 * kMs}, {kNow + 10 * kMs}, rebooted));
+}
+
+}  // namespace
+}  // namespace lightwell::core
